@@ -1,0 +1,49 @@
+"""The posture a seated person takes, what holds it, and what it carries."""
+
+from posture_ik import show
+from posture_ik.body import Body, build_body
+from posture_ik.errors import InfeasiblePosture, PostureIKError, PostureNotFound
+from posture_ik.exchange import read_posture, write_posture, write_urdf
+from posture_ik.kinematics import Kinematics
+from posture_ik.posture import Posture, solve_posture
+from posture_ik.problem import (
+    Backrest,
+    BackrestContact,
+    Frame,
+    Gaze,
+    Hand,
+    Head,
+    Pelvis,
+    PostureBlock,
+    Problem,
+    Seat,
+    Subject,
+    load_problem,
+)
+
+__all__ = [
+    "Backrest",
+    "BackrestContact",
+    "Body",
+    "Frame",
+    "Gaze",
+    "Hand",
+    "Head",
+    "InfeasiblePosture",
+    "Kinematics",
+    "Pelvis",
+    "Posture",
+    "PostureBlock",
+    "PostureIKError",
+    "PostureNotFound",
+    "Problem",
+    "Seat",
+    "Subject",
+    "build_body",
+    "load_problem",
+    "read_posture",
+    "show",
+    "solve_posture",
+    "write_posture",
+    "write_urdf",
+]

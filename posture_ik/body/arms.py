@@ -1,0 +1,91 @@
+"""The arms: seven hinges each, after the `myo-sim` arm, hung on T2 at table 8's arm nodes.
+
+Frames are those of the `myo-sim` bodies, x forward, y up the hanging limb, z to the right, so that
+its muscles attach unmoved. The left arm is the right one mirrored: equal joint values, mirrored
+poses. Lengths grow with stature from the man of median stature whom the arm represents; masses are
+scaled to what table 9 lumps at the shoulder; inertias follow as mass times length². Scapula and
+clavicle are fixed, their masses counted in the trunk's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+import pinocchio as pin
+
+from posture_ik.arrays import Array
+from posture_ik.body.parts import ZERO, Inertia, Joint, Vector, vector
+from posture_ik.body.scaling import Scale
+from posture_ik.body.tables import numbers, table
+
+#: Stature of the man whose arm it is (the median of the 4082 men of ANSUR II), m.
+ARM_STATURE = 1.755
+SIDES = ("r", "l")
+ARM_JOINTS = (
+    *("shoulder_flexion", "shoulder_abduction", "shoulder_rotation", "elbow_flexion"),
+    *("pronation", "wrist_deviation", "wrist_flexion"),
+)
+#: Links with a name of their own at the end of a joint; the others are massless in-betweens.
+_LINKS = {
+    "shoulder_rotation": "humerus",
+    "elbow_flexion": "ulna",
+    "pronation": "radius",
+    "wrist_flexion": "hand",
+}
+#: From the axes of a vertebra to those of the hanging arm.
+_HANGING: Vector = (float(np.pi / 2), 0.0, 0.0)
+_MIRROR = np.array([1.0, 1.0, -1.0])
+
+
+def joints(nodes: Mapping[str, Array], stature: float) -> Iterator[Joint]:
+    """Hinges and fixed frames of both arms, of a subject with these nodes and stature (m)."""
+    for side in SIDES:
+        yield from _arm(side, nodes[f"{side.upper()}_arm"] - nodes["T2"], stature / ARM_STATURE)
+
+
+def _arm(side: str, shoulder: Array, length: float) -> Iterator[Joint]:
+    mirror = np.ones(3) if side == "r" else _MIRROR
+    hanging = pin.rpy.rpyToMatrix(*_HANGING)
+    for link, row in table("arm_frames").items():
+        point = length * mirror * numbers(row, "x_m", "y_m", "z_m")
+        R = np.array(numbers(row, *(f"r{i}{j}" for i in "123" for j in "123"))).reshape(3, 3)
+        if link == "grip":
+            # a frame of the world's axes on either side, so turned alike, not mirrored
+            parent = f"hand_{side}"
+        else:
+            parent, point = "T2", shoulder + hanging @ point
+            R = hanging @ (R * np.outer(mirror, mirror))
+        rpy = vector(pin.rpy.matrixToRpy(R))
+        yield Joint(f"{link}_{side}_mount", "fixed", parent, f"{link}_{side}", vector(point), rpy)
+    parent, rpy = "T2", _HANGING
+    for name, row in table("arm_joints").items():
+        point = length * mirror * numbers(row, "x_m", "y_m", "z_m")
+        xyz = vector(shoulder + point if parent == "T2" else point)
+        # an axis of rotation is a pseudovector: a mirror turns what lies in its plane
+        axis = np.array(numbers(row, "axis_x", "axis_y", "axis_z")) * mirror * mirror.prod()
+        child = f"{_LINKS[name]}_{side}" if name in _LINKS else f"{name}_{side}_link"
+        unit = vector(axis / np.linalg.norm(axis))
+        yield Joint(f"{name}_{side}", "revolute", parent, child, xyz, rpy, unit)
+        parent, rpy = child, ZERO
+
+
+def inertias(scale: Scale, stature: float) -> dict[str, Inertia]:
+    """Of humerus, ulna, radius and hand of both arms."""
+    lumped = table("table_9_masses")
+    rows = table("arm_bodies")
+    total = sum(float(row["mass_kg"]) for row in rows.values())
+    length = stature / ARM_STATURE
+    found = {}
+    for side in SIDES:
+        mirror = np.ones(3) if side == "r" else _MIRROR
+        mass = scale.mass * float(lumped[f"{side.upper()}_arm"]["mass_kg"]) / total
+        for link, row in rows.items():
+            centre = length * mirror * numbers(row, "x_m", "y_m", "z_m")
+            xx, xy, xz, yy, yz, zz = numbers(
+                row, *(f"i{ij}_kg_m2" for ij in ("xx", "xy", "xz", "yy", "yz", "zz"))
+            )
+            tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+            tensor = mass * length**2 * tensor * np.outer(mirror, mirror)
+            found[f"{link}_{side}"] = Inertia(mass * float(row["mass_kg"]), centre, tensor)
+    return found

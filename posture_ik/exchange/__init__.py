@@ -1,0 +1,6 @@
+"""Files of other programs and result folders, written and read back."""
+
+from posture_ik.exchange.results import read_posture, write_posture
+from posture_ik.exchange.urdf import write_urdf
+
+__all__ = ["read_posture", "write_posture", "write_urdf"]

@@ -1,0 +1,109 @@
+"""A posture in a table for the terminal, and as a record for machines."""
+
+from __future__ import annotations
+
+import numpy as np
+from rich.console import Group
+from rich.table import Table
+from rich.text import Text
+
+from posture_ik.posture import Posture
+
+
+def summary(posture: Posture) -> Group:
+    """What a person wants to know first: energy, what holds, what gives, can it be trusted."""
+    certificate = posture.certificate
+    verdict = (
+        Text("holds", style="bold green") if certificate.holds else Text("fails", style="bold red")
+    )
+    head = Table(title=posture.problem.title, title_justify="left", show_header=False, box=None)
+    head.add_column(style="dim")
+    head.add_column()
+    head.add_row("strain energy", f"{posture.elastic_energy:.4g} J")
+    if posture.problem.posture.gravity:
+        head.add_row("weight's potential", f"{posture.gravity_energy:.5g} J")
+    solved = f"{posture.iterations} iterations, {1e3 * posture.seconds:.1f} ms"
+    head.add_row("solved in", solved)
+    head.add_row(
+        "certificate",
+        Text.assemble(
+            verdict,
+            f": tasks to {certificate.primal:.0e}, gradient to {certificate.dual:.0e}, "
+            f"least curvature {certificate.curvature:.2g}",
+        ),
+    )
+    return Group(head, "", _forces(posture), "", _joints(posture), *_limits(posture))
+
+
+def _forces(posture: Posture) -> Table:
+    table = Table(title="What acts on the person (world axes)", title_justify="left", box=None)
+    table.add_column("at")
+    for axis in ("x", "y", "z"):
+        table.add_column(f"F{axis} / N", justify="right")
+    for axis in ("x", "y", "z"):
+        table.add_column(f"M{axis} / N m", justify="right")
+    for wrench in (*posture.wrenches, posture.seat):
+        numbers = [*wrench.force, *wrench.moment]
+        table.add_row(wrench.label, *[_number(value) for value in numbers])
+    return table
+
+
+def _joints(posture: Posture) -> Table:
+    """The joints that store most energy."""
+    table = Table(title="Where the energy is", title_justify="left", box=None)
+    table.add_column("degree of freedom")
+    for name in ("from rest", "carries", "energy / J"):
+        table.add_column(name, justify="right")
+    for i in np.argsort(-posture.energies)[:6]:
+        dof, moved = posture.body.dofs[i], posture.displacement[i]
+        slide = dof.endswith("_axial")
+        table.add_row(
+            dof,
+            f"{1e3 * moved:.2f} mm" if slide else f"{np.degrees(moved):.2f}°",
+            f"{_number(-posture.prestrain_force[i])} {'N' if slide else 'N m'}",
+            f"{posture.energies[i]:.3g}",
+        )
+    return table
+
+
+def _limits(posture: Posture) -> list[Text]:
+    active = posture.active_limits
+    if not active:
+        return []
+    named = ", ".join(f"{limit.dof} ({limit.side})" for limit in active[:8])
+    more = f" and {len(active) - 8} more" if len(active) > 8 else ""
+    return [Text(f"\nAt the end of their range: {named}{more}.")]
+
+
+def _number(value: float) -> str:
+    return f"{value:.1f}" if abs(value) >= 0.05 else "0"
+
+
+def as_record(posture: Posture) -> dict[str, object]:
+    """The same for machines: plain numbers, SI units in the keys."""
+    certificate = posture.certificate
+    return {
+        "title": posture.problem.title,
+        "status": posture.status,
+        "energy_J": posture.energy,
+        "elastic_energy_J": posture.elastic_energy,
+        "iterations": posture.iterations,
+        "seconds": posture.seconds,
+        "certificate": {
+            "holds": certificate.holds,
+            "primal_residual": certificate.primal,
+            "dual_residual": certificate.dual,
+            "reduced_curvature": certificate.curvature,
+        },
+        "wrenches": [
+            {
+                "at": wrench.label,
+                "force_N": wrench.force.tolist(),
+                "moment_Nm": wrench.moment.tolist(),
+                "point_m": wrench.point.tolist(),
+            }
+            for wrench in (*posture.wrenches, posture.seat)
+        ],
+        "active_limits": [limit._asdict() for limit in posture.active_limits],
+        "q": dict(zip(posture.body.dofs, posture.q.tolist(), strict=True)),
+    }

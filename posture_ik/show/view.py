@@ -1,0 +1,202 @@
+"""The 3D page of a posture: one file that opens offline, or the same served live by meshcat."""
+
+from __future__ import annotations
+
+import base64
+import webbrowser
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+from threading import Thread
+from typing import Any
+
+import jinja2
+import meshcat
+import numpy as np
+import pinocchio as pin
+import tornado.web
+import umsgpack
+from meshcat.servers.zmqserver import VIEWER_ROOT, ZMQWebSocketBridge
+
+from posture_ik.arrays import Array
+from posture_ik.body.scaling import Scale
+from posture_ik.files import whole_file
+from posture_ik.kinematics import frame_poses
+from posture_ik.posture import Posture
+from posture_ik.resources import resource
+from posture_ik.show.arrows import acting, labels
+from posture_ik.show.looks import Look, looks_of
+from posture_ik.show.scene import CAGE, draw, floor_height
+from posture_ik.show.strain import RAMP, Part, full_scale, parts_of, place_on_scale
+
+
+class _Recorder:
+    """Stands in for meshcat's window: keeps what would be sent to a browser."""
+
+    def __init__(self) -> None:
+        self.commands: list[str] = []
+
+    def send(self, command: Any) -> None:
+        self.commands.append(base64.b64encode(umsgpack.packb(command.lower())).decode("ascii"))
+
+
+def write_view(posture: Posture, path: Path) -> None:
+    """Write a posture as one HTML file that opens in any browser, without any network.
+
+    Args:
+        posture: what to show.
+        path: of the file; it is written whole or not at all.
+
+    Raises:
+        UnwritableOutput: the file cannot be written.
+    """
+    recorder = _Recorder()
+    draw(meshcat.Visualizer(window=recorder), posture)
+    with whole_file(path) as scratch:
+        scratch.write_text(_page(posture, recorder.commands), encoding="utf-8")
+
+
+def serve_view(posture: Posture, browse: bool = True) -> None:
+    """Serve the same page live through meshcat's server, until interrupted.
+
+    Other programs can draw into it at the server's `zmq_url`, which is printed.
+
+    Args:
+        posture: what to show.
+        browse: open the page in the user's browser.
+    """
+    bridge = ZMQWebSocketBridge()
+    page = _page(posture, None)
+    bridge.app.add_handlers(r".*", [(r"/posture", _PageHandler, {"page": page})])
+    address = f"http://{bridge.host}:{bridge.fileserver_port}/posture"
+
+    def fill() -> None:
+        draw(meshcat.Visualizer(zmq_url=bridge.zmq_url), posture)
+        print(f"With legend and labels: {address} (zmq_url={bridge.zmq_url}); Ctrl-C ends it.")
+        if browse:
+            webbrowser.open(address)
+
+    Thread(target=fill, daemon=True).start()
+    with suppress(KeyboardInterrupt):
+        bridge.run()
+
+
+class _PageHandler(tornado.web.RequestHandler):
+    """Answers with one page."""
+
+    def initialize(self, page: str) -> None:
+        self.page = page
+
+    def get(self) -> None:
+        self.finish(self.page)
+
+
+def _page(posture: Posture, commands: list[str] | None) -> str:
+    """The page: with the drawing in it, or, without commands, listening to the live server."""
+    files = resource("viz")
+    pages = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(files), autoescape=True, undefined=jinja2.StrictUndefined
+    )
+    looks = looks_of(posture.body)
+    parts = parts_of(posture, {look.link for look in looks})
+    return pages.get_template("view.html").render(
+        title=posture.problem.title,
+        facts=_facts(posture),
+        loads=_loads(posture),
+        legend=_legend(parts),
+        data=_data(posture, looks, parts),
+        commands=commands,
+        viewer=(Path(VIEWER_ROOT) / "main.min.js").read_text(encoding="utf-8"),
+        style=(files / "view.css").read_text(encoding="utf-8"),
+        script=(files / "view.js").read_text(encoding="utf-8"),
+    )
+
+
+def _facts(posture: Posture) -> list[tuple[str, str]]:
+    """What to know at a glance."""
+    certificate = posture.certificate
+    residual = max(certificate.primal, certificate.dual)
+    return [
+        ("Backrest reclined", f"{posture.problem.seat.recline_deg:g}°"),
+        ("Strain energy", _joules(posture.elastic_energy)),
+        ("Certificate", f"{'holds' if certificate.holds else 'fails'}, residual {residual:.0e}"),
+    ]
+
+
+def _loads(posture: Posture) -> list[tuple[str, str, str]]:
+    """What acts on the person: where, force in N, moment in N m."""
+
+    def size(vector: Array) -> str:
+        value = float(np.linalg.norm(vector))
+        return f"{value:.3g}" if value >= 0.05 else "0"
+
+    wrenches = (*posture.wrenches, posture.seat)
+    return [(w.label, size(w.force), size(w.moment)) for w in wrenches]
+
+
+def _joules(energy: float) -> str:
+    return f"{energy:.3g} J" if energy >= 0.1 or energy == 0.0 else f"{1e3 * energy:.3g} mJ"
+
+
+def _legend(parts: Mapping[str, Part]) -> dict[str, Any]:
+    """The colour bar: its colours, ticks at round energies in %, J, and the joints with most."""
+    full = full_scale(parts)
+    ticks, last = [], 1.3
+    for decade in 10.0 ** np.arange(6, -10, -1):
+        for energy in (5 * decade, 2 * decade, decade):
+            at = place_on_scale(energy, full)
+            if 0.12 < at <= 1.0 and last - at > 0.17:
+                ticks.append((100 * at, f"{energy:g}"))
+                last = at
+    by_joint = {part.joint: part.energy for part in parts.values()}
+    most = sorted(by_joint, key=lambda joint: -by_joint[joint])[:3]
+    return {
+        "colours": [f"rgb({', '.join(f'{255 * c:.0f}' for c in stop)})" for stop in RAMP],
+        "ticks": [(0.0, "0"), *ticks],
+        "most": [(_joint(name), _joules(by_joint[name])) for name in most if by_joint[name] > 1e-6],
+    }
+
+
+def _joint(name: str) -> str:
+    """A joint's name for people: `L4–L5`, `right shoulder`."""
+    for end, side in (("_r", "right"), ("_l", "left")):
+        if name.endswith(end):
+            return f"{side} {name.removesuffix(end).replace('_', ' ')}"
+    return name.replace("_", "–")
+
+
+def _data(posture: Posture, looks: list[Look], parts: Mapping[str, Part]) -> dict[str, Any]:
+    """What the page's script needs besides the drawing: what to frame, write and tell."""
+    written = labels(acting(posture))
+    return {
+        "frame": [point.tolist() for point in _outline(posture, [label.at for label in written])],
+        "labels": [
+            {
+                "name": label.name,
+                "force": label.force,
+                "moment": label.moment,
+                "at": label.at.tolist(),
+                "start": label.start.tolist(),
+            }
+            for label in written
+        ],
+        "parts": {
+            link: {"joint": _joint(part.joint), "energy": _joules(part.energy), "lines": part.lines}
+            for link, part in parts.items()
+        },
+        "ribs": [f"person/{look.link}/{look.name}" for look in looks if look.name in CAGE],
+    }
+
+
+def _outline(posture: Posture, more: list[Array]) -> Array:
+    """Points (k, 3) that a view must hold: around every link now and at rest, seat and floor."""
+    size = Scale.of(posture.body.subject).length[2]
+    reference = frame_poses(posture.body.model, posture.body.q_reference)
+    links = [pose.translation for pose in (*posture.frames.values(), *reference.values())]
+    around = 0.10 * size * np.vstack([np.eye(3), -np.eye(3)])
+    heads = [frames["Head"].translation for frames in (posture.frames, reference)]
+    floor = floor_height(posture)
+    seat = [(x, y, floor) for x in (-0.15, 0.62 * size) for y in (-0.2, 0.2)]
+    lean = pin.utils.rotate("y", -np.radians(posture.problem.seat.recline_deg))
+    back = size * np.array([(-0.17, y, z) for y in (-0.2, 0.2) for z in (0.0, 0.66)]) @ lean.T
+    return np.vstack([links, *[head + 1.4 * around for head in heads], seat, back, *more])

@@ -1,0 +1,58 @@
+"""Newton against IPOPT, its judge: the same optimum wherever it claims one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import posture_ik as pik
+from posture_ik.posture.ipopt import solve_with_ipopt
+from posture_ik.posture.newton import solve_with_newton
+from posture_ik.posture.statement import Statement
+
+
+@pytest.fixture(scope="module")
+def body() -> pik.Body:
+    return pik.build_body(pik.Subject())
+
+
+def both(body: pik.Body, problem: pik.Problem) -> tuple[object, object]:
+    statement = Statement.of(body, problem)
+    lower, upper = statement.x_of(body.lower), statement.x_of(body.upper)
+    start = np.clip(np.zeros(len(lower)), lower, upper)
+    solvers = (solve_with_newton, solve_with_ipopt)
+    return tuple(solver(statement, start, lower, upper) for solver in solvers)
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["upright", "reclined_15", "reclined_30", "reclined_45", "look_left", "slouched", "pilot"],
+)
+def test_newton_finds_what_ipopt_finds(body: pik.Body, name: str) -> None:
+    """IPOPT stops at 1e-11 with its barrier still on: 1e-6 in x, 1e-5 on multipliers of 100 N."""
+    newton, ipopt = both(body, pik.load_problem(name))
+    assert newton.converged
+    assert newton.minimum
+    assert newton.iterations <= 10
+    np.testing.assert_allclose(newton.x, ipopt.x, atol=1e-6)
+    np.testing.assert_allclose(newton.multipliers, ipopt.multipliers, rtol=1e-5, atol=1e-5)
+    np.testing.assert_allclose(newton.bound_multipliers, ipopt.bound_multipliers, atol=1e-5)
+
+
+@pytest.mark.parametrize("recline", [-20, -5, 5, 20, 35, 50])
+@pytest.mark.parametrize("turn", [0, 15])
+def test_newton_agrees_over_seats_and_gazes(body: pik.Body, recline: float, turn: float) -> None:
+    settings = (f"seat.recline_deg={recline}", f"task.head.looking={{ turn_deg = {turn} }}")
+    newton, ipopt = both(body, pik.load_problem("reclined_15", settings))
+    assert newton.converged == ipopt.converged
+    if newton.converged:
+        assert newton.x @ newton.x == pytest.approx(ipopt.x @ ipopt.x, abs=1e-8)
+
+
+def test_newton_gives_up_where_the_tangent_is_a_saddle(body: pik.Body) -> None:
+    """Gravity makes the upright spine a saddle; IPOPT goes on from there to a minimum."""
+    problem = pik.load_problem("reclined_15_gravity")
+    newton, ipopt = both(body, problem)
+    assert not newton.converged
+    assert ipopt.converged
+    assert pik.solve_posture(body, problem).certificate.holds

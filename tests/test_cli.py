@@ -1,0 +1,77 @@
+"""The command line as a user types it."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+import pinocchio as pin
+import pytest
+
+from posture_ik.cli import main
+
+
+@pytest.fixture
+def posture_ik(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> object:
+    """Run `posture-ik` with these words in an empty folder and give what it prints."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(*words: str) -> str:
+        monkeypatch.setattr(sys, "argv", ["posture-ik", *words])
+        with pytest.raises(SystemExit) as stopped:
+            main()
+        assert stopped.value.code == 0, capsys.readouterr().err
+        return capsys.readouterr().out
+
+    return run
+
+
+def test_run_writes_everything(posture_ik: object, tmp_path: Path) -> None:
+    said = posture_ik("run", "reclined_15", "-o", "here")
+    names = {path.name for path in (tmp_path / "here").iterdir()}
+    assert names == {
+        "problem.toml",
+        "posture.nc",
+        "prestrain.csv",
+        "model.urdf",
+        "meshes",
+        "report.html",
+        "view.html",
+    }
+    assert "strain energy" in said
+    assert "holds" in said
+    assert "here/report.html" in said
+    (tmp_path / "here" / "report.html").unlink()
+    posture_ik("report", "here")
+    assert (tmp_path / "here" / "report.html").exists()
+
+
+def test_json_is_for_machines(posture_ik: object, tmp_path: Path) -> None:
+    (record,) = json.loads(
+        posture_ik("solve", "reclined_15", "--set", "seat.recline_deg=20", "--json")
+    )
+    assert record["certificate"]["holds"] is True
+    assert record["energy_J"] > 1
+    assert {wrench["at"] for wrench in record["wrenches"]} == {"backrest", "head", "seat"}
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_solve_writes_numbers_where_asked(posture_ik: object, tmp_path: Path) -> None:
+    posture_ik("solve", "upright", "-o", "numbers")
+    assert (tmp_path / "numbers" / "posture.nc").exists()
+    assert not (tmp_path / "numbers" / "report.html").exists()
+
+
+def test_export_writes_a_urdf_that_pinocchio_loads(posture_ik: object, tmp_path: Path) -> None:
+    posture_ik("export", "upright", "--to", "urdf", "-o", "person", "--set", "subject.stature=1.9")
+    model = pin.buildModelFromUrdf(str(tmp_path / "person" / "model.urdf"))
+    assert model.nq == 117
+
+
+def test_problems_lists_the_examples(posture_ik: object) -> None:
+    listed = {entry["name"] for entry in json.loads(posture_ik("problems", "--json"))}
+    assert "reclined_15" in listed
+    assert "Backrest 15° back" in posture_ik("problems")

@@ -1,0 +1,173 @@
+// Shows the recorded drawing in meshcat's viewer and adds what a page needs: views, layers, labels, tips.
+"use strict";
+
+const THREE = MeshCat.THREE;
+const pane = document.getElementById("pane");
+const viewer = new MeshCat.Viewer(pane);
+
+// The pane, not the window, gives the size.
+const resize = viewer.set_3d_pane_size.bind(viewer);
+viewer.set_3d_pane_size = () => resize(pane.clientWidth, pane.clientHeight);
+new ResizeObserver(() => { viewer.set_3d_pane_size(); look(current); }).observe(pane);
+
+const object = path => viewer.scene_tree.find(["meshcat", ...path.split("/")]).object;
+
+// Glass is clear face on and denser towards its outline, so that what lies inside stays legible.
+function frost(material) {
+  material.onBeforeCompile = shader => {
+    shader.fragmentShader = shader.fragmentShader.replace("#include <output_fragment>",
+      `#include <output_fragment>
+       float rim = 1.0 - abs(dot(normalize(vViewPosition), normal));
+       gl_FragColor.a = min(diffuseColor.a * (0.3 + 4.0 * rim * rim * rim), 0.9);`);
+  };
+}
+
+const set_object = viewer.set_object.bind(viewer);
+viewer.set_object = (path, shape) => {
+  const material = shape.material;
+  if (material && material.transparent && material.depthTest && !material.depthWrite) frost(material);
+  set_object(path, shape);
+};
+
+// The page looks for itself; the drawing's camera is for viewers that do not.
+const handle = viewer.handle_command.bind(viewer);
+viewer.handle_command = command => {
+  if (!command.path.startsWith("/Cameras")) handle(command);
+};
+
+if (commands) {
+  for (const command of commands) {
+    viewer.handle_command_bytearray(Uint8Array.from(atob(command), c => c.charCodeAt(0)));
+  }
+} else {
+  viewer.connect();
+}
+
+// Views: all there is to see in sight and in the middle, seen along a direction, z up.
+const directions = { side: [0, -1, 0.04], front: [1, 0, 0.08], quarter: [0.72, -0.8, 0.26] };
+const outline = posture.frame.map(point => new THREE.Vector3(...point));
+let current = "side";
+
+function look(name) {
+  current = name;
+  const away = new THREE.Vector3(...directions[name]).normalize();
+  const right = new THREE.Vector3(0, 0, 1).cross(away).normalize();
+  const up = away.clone().cross(right);
+  const extent = axis => {
+    const along = outline.map(point => point.dot(axis));
+    return [Math.min(...along), Math.max(...along)];
+  };
+  const [[left, rightmost], [bottom, top], [far, near]] = [right, up, away].map(extent);
+  const camera = viewer.camera;
+  const tall = 0.86 * Math.tan(THREE.MathUtils.degToRad(camera.fov / 2));
+  const wide = tall * pane.clientWidth / pane.clientHeight;
+  const distance = Math.max((rightmost - left) / 2 / wide, (top - bottom) / 2 / tall) + (near - far) / 2;
+  const centre = right.multiplyScalar((left + rightmost) / 2)
+    .add(up.multiplyScalar((bottom + top) / 2)).add(away.clone().multiplyScalar((far + near) / 2));
+  // The camera lives in three.js's own axes, y up.
+  viewer.controls.target.copy(viewer.scene.localToWorld(centre.clone()));
+  camera.position.copy(viewer.scene.localToWorld(centre.add(away.multiplyScalar(distance))));
+  viewer.controls.update();
+  viewer.set_dirty();
+  for (const button of document.querySelectorAll("[data-view]")) {
+    button.setAttribute("aria-pressed", button.dataset.view === name);
+  }
+}
+viewer.camera.fov = 26;
+viewer.controls.addEventListener("start", () => {
+  for (const button of document.querySelectorAll("[data-view]")) button.setAttribute("aria-pressed", false);
+});
+for (const button of document.querySelectorAll("[data-view]")) {
+  button.addEventListener("click", () => look(button.dataset.view === "reset" ? "side" : button.dataset.view));
+}
+
+// Layers
+const layers = { ghost: ["ghost"], forces: ["forces"], skin: ["skin"], ribs: posture.ribs };
+for (const box of document.querySelectorAll("[data-layer]")) {
+  box.addEventListener("change", () => {
+    for (const path of layers[box.dataset.layer]) object(path).visible = box.checked;
+    if (box.dataset.layer === "forces") labels.hidden = !box.checked;
+    viewer.set_dirty();
+  });
+}
+
+// Labels follow their points, and step aside where they would cover one another.
+const labels = document.getElementById("labels");
+const tags = posture.labels.map(label => {
+  const tag = document.createElement("span");
+  tag.append(label.name);
+  for (const kind of ["force", "moment"]) {
+    if (!label[kind]) continue;
+    const value = document.createElement("b");
+    value.className = kind;
+    value.textContent = label[kind];
+    tag.append(" ", value);
+  }
+  labels.append(tag);
+  return {
+    tag, forced: label.force !== "",
+    at: new THREE.Vector3(...label.at), start: new THREE.Vector3(...label.start),
+  };
+});
+
+function on_screen(point) {
+  const seen = viewer.scene.localToWorld(point.clone()).project(viewer.camera);
+  return [(seen.x + 1) / 2 * pane.clientWidth, (1 - seen.y) / 2 * pane.clientHeight];
+}
+
+function place_labels() {
+  const placed = [];
+  for (const { tag, forced, at, start } of tags) {
+    const [x0, y0] = on_screen(start), [x1, y1] = on_screen(at);
+    const w = tag.offsetWidth, h = tag.offsetHeight, away = Math.hypot(x1 - x0, y1 - y0) || 1;
+    // Beyond an arrow's tail; to the left of a ring.
+    let x = forced ? x1 + (x1 - x0) / away * (w / 2 + 6) - w / 2 : x0 - away - w - 6;
+    let y = forced ? y1 + (y1 - y0) / away * (h / 2 + 6) - h / 2 : y0 - h / 2;
+    x = Math.min(Math.max(x, 4), pane.clientWidth - w - 4);
+    y = Math.min(Math.max(y, 4), pane.clientHeight - h - 4);
+    for (const other of placed) {
+      if (x < other.x + other.w && other.x < x + w && y < other.y + other.h && other.y < y + h) y = other.y + other.h + 2;
+    }
+    placed.push({ x, y, w, h });
+    tag.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px)`;
+  }
+}
+const render = viewer.render.bind(viewer);
+viewer.render = () => { render(); place_labels(); };
+
+// Tips: the joint below the part under the pointer.
+const tip = document.getElementById("tip");
+const ray = new THREE.Raycaster();
+
+function part_at(event) {
+  const frame = pane.getBoundingClientRect();
+  const x = event.clientX - frame.left, y = event.clientY - frame.top;
+  ray.setFromCamera(new THREE.Vector2(2 * x / frame.width - 1, 1 - 2 * y / frame.height), viewer.camera);
+  for (const hit of ray.intersectObject(object("person"), true)) {
+    for (let node = hit.object; node; node = node.parent) {
+      if (node.visible === false) break;
+      if (posture.parts[node.name]) return { part: posture.parts[node.name], x, y };
+    }
+  }
+  return null;
+}
+
+pane.addEventListener("pointermove", event => {
+  const found = event.buttons ? null : part_at(event);
+  tip.hidden = !found;
+  if (!found) return;
+  const name = document.createElement("strong");
+  name.textContent = `${found.part.joint}: ${found.part.energy}`;
+  tip.replaceChildren(name, ...found.part.lines.map(line => {
+    const row = document.createElement("small");
+    row.textContent = line;
+    return row;
+  }));
+  const left = Math.min(found.x + 16, pane.clientWidth - tip.offsetWidth - 8);
+  tip.style.left = `${left}px`;
+  tip.style.top = `${Math.min(found.y + 14, pane.clientHeight - tip.offsetHeight - 8)}px`;
+});
+pane.addEventListener("pointerleave", () => { tip.hidden = true; });
+
+viewer.set_3d_pane_size();
+look("side");
