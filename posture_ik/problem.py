@@ -301,15 +301,21 @@ def load_problem(name: str | Path, overrides: tuple[str, ...] = ()) -> Problem:
             str(name), f"no example problem has this name; {nearest(str(name), examples)}"
         )
     data = _read_toml(path)
+    _anchor_urdf(data, path.parent)
     for override in overrides:
         _set(data, override)
-    subject = data.get("subject")
-    if isinstance(subject, dict) and isinstance(subject.get("urdf"), str):
-        subject["urdf"] = str((path.parent / subject["urdf"]).resolve())
+    _anchor_urdf(data, Path.cwd())
     try:
         return Problem.model_validate(data)
     except ValidationError as error:
         raise BadProblem(path.name, _one_sentence(error, data)) from None
+
+
+def _anchor_urdf(data: dict[str, Any], folder: Path) -> None:
+    """Read a relative path of a URDF from the folder of the file or command that names it."""
+    subject = data.get("subject")
+    if isinstance(subject, dict) and isinstance(subject.get("urdf"), str):
+        subject["urdf"] = str((folder / subject["urdf"]).resolve())
 
 
 def _read_toml(path: Path) -> dict[str, Any]:

@@ -86,6 +86,14 @@ def test_a_urdf_is_looked_for_beside_its_problem_file(tmp_path: Path) -> None:
     assert pik.load_problem(tmp_path / "problem.toml").subject.urdf == tmp_path / "mine.urdf"
 
 
+def test_a_urdf_set_by_command_is_looked_for_where_it_was_typed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    problem = pik.load_problem("upright", ("subject.urdf=mine.urdf",))
+    assert problem.subject.urdf == tmp_path / "mine.urdf"
+
+
 def test_problems_do_not_change() -> None:
     problem = pik.load_problem("upright")
     with pytest.raises(ValueError, match="frozen"):
