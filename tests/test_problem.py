@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-import tomlkit
+import tomli_w
 
 import posture_ik as pik
 from posture_ik.errors import BadProblem
@@ -39,7 +39,7 @@ def test_examples_load_and_teach(name: str) -> None:
 @pytest.mark.parametrize("name", sorted(EXAMPLES))
 def test_a_resolved_problem_reads_back_the_same(name: str, tmp_path: Path) -> None:
     problem = pik.load_problem(name)
-    resolved = tomlkit.dumps(problem.model_dump(mode="json", exclude_none=True))
+    resolved = tomli_w.dumps(problem.model_dump(mode="json", exclude_none=True))
     (tmp_path / "problem.toml").write_text(resolved, encoding="utf-8")
     assert pik.load_problem(tmp_path / "problem.toml") == problem
 

@@ -6,7 +6,7 @@ import csv
 from pathlib import Path
 
 import numpy as np
-import tomlkit
+import tomli_w
 import xarray as xr
 
 from posture_ik.body import build_body
@@ -23,7 +23,7 @@ def write_posture(posture: Posture, folder: Path) -> None:
     problem = posture.problem.model_dump(mode="json", exclude_none=True)
     if posture.problem.subject.urdf is not None:
         problem["subject"]["urdf"] = "model.urdf"
-    (folder / "problem.toml").write_text(tomlkit.dumps(problem), encoding="utf-8")
+    (folder / "problem.toml").write_text(tomli_w.dumps(problem), encoding="utf-8")
     posture.to_dataset().to_netcdf(folder / "posture.nc", engine="h5netcdf")
     _write_prestrain(posture, folder / "prestrain.csv")
 
