@@ -103,3 +103,10 @@ class PostureNotFound(PostureIKError):
 
     def __init__(self, why: str) -> None:
         super().__init__(f"no trustworthy posture was found: {why}.")
+
+
+class MotionStopped(PostureIKError):
+    """A motion whose posture cannot be found at some instant."""
+
+    def __init__(self, time: float, cause: PostureIKError) -> None:
+        super().__init__(f"at {time:.4g} s {cause}")

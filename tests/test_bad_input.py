@@ -157,9 +157,9 @@ BAD = {
     ),
     # --set
     "set without a value": (changed("seat.recline_deg"), "--set seat.recline_deg: write key=value"),
-    "set of no task": (changed("task.hand.side=left"), "--set task.hand: there is no such task"),
+    "set of no task": (changed("task.hand.side=left"), "--set task.hand.side=left: no block is called 'hand'"),
     "set below a value": (changed("title.part=1"), "title holds a value"),
-    "set of the task list": (changed("task.slide=true"), "name the task and its key"),
+    "set of the task list": (changed("task.slide=true"), "no block is called 'slide'"),
     # the URDF
     "URDF missing": (changed('subject.urdf="none.urdf"'), "none.urdf.*no such file"),
     "URDF empty": (urdf(""), "mine.urdf.*empty"),

@@ -75,7 +75,7 @@ class Posture:
             its coordinate with -lambda. For one-sided rows lambda <= 0.
         limit_multipliers: mu of each joint limit, (n,), N or N m; positive at an upper limit,
             negative at a lower one; the limit pushes with -mu.
-        iterations, status, seconds: of the solve, the last with building or finding the program.
+        iterations, status, seconds: of the solve, once its equations are built.
     """
 
     statement: Statement
@@ -206,7 +206,7 @@ class Posture:
     def active_limits(self) -> tuple[ActiveLimit, ...]:
         """Joints held by their limits, hardest pressed first in the springs' norm."""
         press = np.abs(self.limit_multipliers) / self.statement.scale
-        order = [i for i in np.argsort(-press) if self._at_limit[i]]
+        order = [i for i in np.argsort(-press) if self.at_limit[i]]
         return tuple(
             ActiveLimit(
                 self.body.dofs[i],
@@ -222,13 +222,13 @@ class Posture:
     def residuals(self) -> dict[str, Array]:
         """Miss of every equation by task, m or rad; for one-sided rows the overrun."""
         ends = np.cumsum([len(constraint.rows) for constraint in self.constraints])
-        rows = np.split(self._residual, ends[:-1])
+        rows = np.split(self.misses, ends[:-1])
         return {c.label: row for c, row in zip(self.constraints, rows, strict=True)}
 
     def primal_residual(self) -> float:
         """Largest miss of a task or overrun of a joint limit, m or rad."""
         over = np.maximum(self.body.lower - self.q, self.q - self.body.upper)
-        return float(max(np.max(np.abs(self._residual)), np.max(over), 0.0))
+        return float(max(np.max(np.abs(self.misses)), np.max(over), 0.0))
 
     def dual_residual(self) -> float:
         """Largest component of the projected gradient, relative, in the springs' norm.
@@ -251,7 +251,7 @@ class Posture:
 
     def _reduced_hessian(self) -> tuple[Array, Array]:
         """Hessian in x on the free directions, (k, k), and their basis (free dofs, k)."""
-        free = ~self._at_limit
+        free = ~self.at_limit
         hessian = self._evaluated[3][np.ix_(free, free)]
         rows = self._held_rows[:, free]
         orthogonal, triangle, _ = qr(rows.T, pivoting=True)
@@ -270,14 +270,14 @@ class Posture:
             np.linalg.cholesky(reduced)
         except np.linalg.LinAlgError:
             step = np.zeros(len(self.q))
-            step[~self._at_limit] = basis @ eigh(reduced, subset_by_index=[0, 0])[1][:, 0]
+            step[~self.at_limit] = basis @ eigh(reduced, subset_by_index=[0, 0])[1][:, 0]
             return step
         return None
 
     @cached_property
     def certificate(self) -> Certificate:
         """All of the above in one, with the rank of the equations that hold."""
-        rows = self._held_rows[:, ~self._at_limit]
+        rows = self._held_rows[:, ~self.at_limit]
         return Certificate(
             self.primal_residual(),
             self.dual_residual(),
@@ -322,7 +322,7 @@ class Posture:
                     "dof", self.limit_multipliers, per_dof_force, "limit load"
                 ),
                 "unit": ("dof", ["m" if d.endswith("_axial") else "rad" for d in self.body.dofs]),
-                "residual": named("constraint", self._residual, "m or rad", "miss of the task"),
+                "residual": named("constraint", self.misses, "m or rad", "miss of the task"),
                 "multiplier": named("constraint", self.multipliers, "N or N m", "multiplier"),
                 "constraint_unit": ("constraint", ["rad" if turn else "m" for turn in angular]),
                 "force": named(("task", "axis"), [w.force for w in wrenches], "N", "on the person"),
@@ -366,7 +366,8 @@ class Posture:
         return residual.ravel(), jacobian, gradient.ravel(), hessian, potential
 
     @property
-    def _residual(self) -> Array:
+    def misses(self) -> Array:
+        """Miss of every row, (m,), m or rad; of one-sided rows the overrun."""
         residual = self._evaluated[0]
         return np.where(self.statement.program.one_sided, np.minimum(residual, 0.0), residual)
 
@@ -382,7 +383,8 @@ class Posture:
         return max(1.0, float(np.max(np.abs(self.prestrain_force) / self.statement.scale)))
 
     @property
-    def _at_limit(self) -> npt.NDArray[np.bool_]:
+    def at_limit(self) -> npt.NDArray[np.bool_]:
+        """Which degrees of freedom press against a limit, (n,)."""
         press = np.abs(self.limit_multipliers) / self.statement.scale
         return press > _ACTIVE * self._spring_force
 

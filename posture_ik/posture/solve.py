@@ -34,8 +34,8 @@ def solve_posture(body: Body, problem: Problem, start: Array | None = None) -> P
         PostureNotFound: the solver stopped early, or at a point that is not a minimum.
         BadProblem: the problem names a link or joint that the body does not have.
     """
-    tick = perf_counter()
     statement = Statement.of(body, problem)
+    tick = perf_counter()
     lower, upper = statement.x_of(body.lower), statement.x_of(body.upper)
     x = np.zeros(len(lower)) if start is None else statement.x_of(np.asarray(start))
     for _ in range(_TRIES):

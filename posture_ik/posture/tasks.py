@@ -19,7 +19,6 @@ from typing import ClassVar
 import casadi as ca
 import numpy as np
 import pinocchio as pin
-from scipy.spatial.transform import Rotation
 
 from posture_ik import problem as ask
 from posture_ik.arrays import Array
@@ -131,6 +130,9 @@ def constraints_of(
 ) -> tuple[Constraint, ...]:
     """Write the tasks of a problem as constraints, in the order they are asked.
 
+    Numbers of the problem may be CasADi symbols (`problem.with_numbers`); targets are then arrays
+    of expressions in them.
+
     Args:
         reference: pose of every link of the body in its reference shape, by name.
         problem: whose tasks and seat.
@@ -138,14 +140,14 @@ def constraints_of(
     Raises:
         BadProblem: a task names a link that the body does not have.
     """
-    recline = pin.SE3(_rotation(0.0, -problem.seat.recline_deg, 0.0), np.zeros(3))
+    recline = _rotation(0.0, -problem.seat.recline_deg, 0.0)
     return tuple(_constraint(task, reference, recline) for task in problem.task)
 
 
 def _constraint(
     task: ask.Head | ask.Backrest | ask.BackrestContact | ask.Pelvis | ask.Hand | ask.Frame,
     reference: Mapping[str, pin.SE3],
-    recline: pin.SE3,
+    recline: Array,
 ) -> Constraint:
     label = ask.task_label(task)
     match task:
@@ -155,62 +157,68 @@ def _constraint(
             return _backrest(label, task, reference, recline)
         case ask.BackrestContact():
             deepest = min(reference[body].translation[0] for body in task.bodies)
-            plane = recline.act(np.array([deepest, 0.0, 0.0]))
-            normal = recline.rotation[:, 0]
-            target = np.append(normal, normal @ plane)
-            return Supported(label, task.bodies, task.bodies, target)
+            normal = recline[:, 0]
+            return Supported(label, task.bodies, task.bodies, np.append(normal, deepest))
         case ask.Pelvis():
             rolled = _rotation(task.oblique_deg, -task.roll_back_deg, 0.0)
             goal = rolled @ reference["S1"].rotation
-            return _held(label, "S1", ("rx", "ry"), goal, np.zeros(3))
+            return _held(label, "S1", ("rx", "ry"), goal, (0.0, 0.0, 0.0))
         case ask.Hand():
-            grip = f"grip_{task.side[0]}"
             goal = _rotation(*task.rotation_deg)
-            return _held(label, grip, task.components, goal, np.array(task.position))
+            return _held(label, f"grip_{task.side[0]}", task.components, goal, task.position)
         case ask.Frame():
             if task.frame not in reference:
                 raise BadProblem(
                     label, f"the body has no such link; {nearest(task.frame, reference)}"
                 )
             goal = _rotation(*task.rotation_deg)
-            return _held(label, task.frame, task.components, goal, np.array(task.position))
+            return _held(label, task.frame, task.components, goal, task.position)
 
 
 def _rotation(about_x_deg: float, about_y_deg: float, about_z_deg: float) -> Array:
-    """Turn about x, then y, then z of the fixed axes, (3, 3); exact at no turn."""
-    angles = [about_x_deg, about_y_deg, about_z_deg]
-    rotation: Array = Rotation.from_euler("xyz", angles, degrees=True).as_matrix()
+    """Turn about x, then y, then z of the fixed axes, (3, 3), of numbers or of CasADi symbols."""
+    angles = [angle * (np.pi / 180.0) for angle in (about_x_deg, about_y_deg, about_z_deg)]
+    (cx, sx), (cy, sy), (cz, sz) = [(ca.cos(angle), ca.sin(angle)) for angle in angles]
+    about_x = np.array([[1.0, 0.0, 0.0], [0.0, cx, -sx], [0.0, sx, cx]])
+    about_y = np.array([[cy, 0.0, sy], [0.0, 1.0, 0.0], [-sy, 0.0, cy]])
+    about_z = np.array([[cz, -sz, 0.0], [sz, cz, 0.0], [0.0, 0.0, 1.0]])
+    rotation: Array = about_z @ about_y @ about_x
     return rotation
 
 
-def _held(label: str, frame: str, rows: tuple[str, ...], rotation: Array, position: Array) -> Held:
-    return Held(label, (frame,), rows, np.concatenate([position, rotation.T.ravel()]))
+def _held(
+    label: str,
+    frame: str,
+    rows: tuple[str, ...],
+    rotation: Array,
+    position: Array | tuple[float, ...],
+) -> Held:
+    return Held(label, (frame,), rows, np.concatenate([np.array(position), rotation.T.ravel()]))
 
 
-def _head(label: str, task: ask.Head, reference: Mapping[str, pin.SE3], recline: pin.SE3) -> Held:
+def _head(label: str, task: ask.Head, reference: Mapping[str, pin.SE3], recline: Array) -> Held:
     gaze = task.looking
     turned = _rotation(gaze.tilt_deg, gaze.nod_deg, gaze.turn_deg)
     goal = turned @ reference["Head"].rotation
     if task.position == "free":
-        return _held(label, "Head", ("rx", "ry", "rz"), goal, np.zeros(3))
+        return _held(label, "Head", ("rx", "ry", "rz"), goal, (0.0, 0.0, 0.0))
     if task.position == "over C1":
         # The head stands on the atlas as in the reference shape, turned the way it looks.
         atlas = reference["C1"].translation
-        position = recline.act(atlas) + turned @ (reference["Head"].translation - atlas)
-    else:
-        position = np.array(task.position)
-    return _held(label, "Head", ask.COMPONENTS, goal, position)
+        position = recline @ atlas + turned @ (reference["Head"].translation - atlas)
+        return _held(label, "Head", ask.COMPONENTS, goal, position)
+    return _held(label, "Head", ask.COMPONENTS, goal, task.position)
 
 
 def _backrest(
-    label: str, task: ask.Backrest, reference: Mapping[str, pin.SE3], recline: pin.SE3
+    label: str, task: ask.Backrest, reference: Mapping[str, pin.SE3], recline: Array
 ) -> Averaged:
-    carried = [recline * reference[body] for body in task.bodies]
-    mean = np.mean([pose.translation for pose in carried], axis=0)
-    arms = [pose.translation - mean for pose in carried]
+    poses = [reference[body] for body in task.bodies]
+    mean = np.mean([pose.translation for pose in poses], axis=0)
+    arms = [pose.translation - mean for pose in poses]
     length = np.mean([np.linalg.norm(arm) for arm in arms])
     rows = tuple(row for row in ask.COMPONENTS if not (task.slide and row == "z"))
-    numbers = [mean, recline.rotation.T.ravel(), [length]]
-    for arm, pose in zip(arms, carried, strict=True):
-        numbers += [arm, pose.rotation.T.ravel()]
+    numbers = [recline @ mean, recline.T.ravel(), [length]]
+    for arm, pose in zip(arms, poses, strict=True):
+        numbers += [recline @ arm, (recline @ pose.rotation).T.ravel()]
     return Averaged(label, task.bodies, rows, np.concatenate(numbers))

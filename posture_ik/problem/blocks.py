@@ -1,4 +1,4 @@
-"""What is asked: a problem file read, checked and completed with defaults.
+"""What is asked, block by block, checked and completed with defaults.
 
 A problem names a subject, a seat, the tasks to hold and how the posture is to be solved. Everything
 here is plain data in the units people write (degrees in keys that end in `_deg`, SI elsewhere);
@@ -8,23 +8,23 @@ here is plain data in the units people write (degrees in keys that end in `_deg`
 from __future__ import annotations
 
 import math
-import tomllib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from pydantic import (
     AfterValidator,
-    BaseModel,
     BeforeValidator,
-    ConfigDict,
     Field,
-    ValidationError,
     field_validator,
     model_validator,
 )
 
-from posture_ik.errors import BadProblem, nearest
-from posture_ik.resources import resource
+from posture_ik.arrays import Array
+from posture_ik.errors import nearest
+from posture_ik.problem.block import Block
+from posture_ik.problem.signals import Signal, Table
 
 #: Spine bodies from the seat to the head.
 SPINE = (
@@ -67,12 +67,6 @@ Position = Annotated[Vector, AfterValidator(_within_the_cabin)]
 Bodies = Annotated[tuple[str, ...], BeforeValidator(_expand_bodies)]
 Angle = Annotated[float, Field(ge=-180.0, le=180.0)]
 Components = Annotated[tuple[Component, ...], Field(min_length=1)]
-
-
-class Block(BaseModel):
-    """A block of a problem file: unknown keys are refused, nothing changes after it is read."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class Subject(Block):
@@ -242,14 +236,45 @@ class PostureBlock(Block):
     gravity: bool = False
 
 
+class MotionBlock(Block):
+    """How long to move (s), how many steps a second, and which numbers of the problem move."""
+
+    duration: float = Field(gt=0.0, le=600.0)
+    rate: float = Field(100.0, gt=0.0, le=10_000.0)
+    signal: tuple[Signal, ...] = Field(min_length=1)
+
+    @model_validator(mode="after")
+    def _tables_span_the_motion(self) -> MotionBlock:
+        for signal in self.signal:
+            if isinstance(signal, Table) and not (
+                signal.times[0] <= 0.0 and signal.times[-1] >= self.duration
+            ):
+                raise ValueError(
+                    f"the table of {signal.of} spans {signal.times[0]:g} to "
+                    f"{signal.times[-1]:g} s, but the motion 0 to {self.duration:g} s"
+                )
+        if self.duration * self.rate < 4.0:
+            raise ValueError(
+                f"{self.duration:g} s at {self.rate:g} steps a second are too few steps for an "
+                "acceleration; a motion needs 4 or more"
+            )
+        return self
+
+    @property
+    def times(self) -> Array:
+        """Instants of the steps, (T,), s, from 0 up to the duration."""
+        return np.arange(int(np.floor(self.duration * self.rate + 1e-9)) + 1) / self.rate
+
+
 class Problem(Block):
-    """A whole problem: who, where, what is held, how it is solved."""
+    """A whole problem: who, where, what is held, how it is solved, and how it moves if it does."""
 
     title: str = "Untitled"
     subject: Subject = Subject()
     seat: Seat = Seat()
     task: tuple[Task, ...] = Field(min_length=1)
     posture: PostureBlock = PostureBlock()
+    motion: MotionBlock | None = None
 
     @model_validator(mode="after")
     def _tasks_agree(self) -> Problem:
@@ -266,6 +291,18 @@ class Problem(Block):
             )
         return self
 
+    @model_validator(mode="after")
+    def _signals_move_numbers(self) -> Problem:
+        moved: set[str] = set()
+        for signal in self.motion.signal if self.motion else ():
+            if signal.of in moved:
+                raise ValueError(f"two signals move {signal.of}; keep one of the two")
+            moved.add(signal.of)
+            value = number_at(self, signal.of)
+            if not isinstance(value, (int, float)) or isinstance(value, bool):
+                raise ValueError(f"a signal can only move a number, and {signal.of} is {value!r}")
+        return self
+
 
 def task_label(task: Head | Backrest | BackrestContact | Pelvis | Hand | Frame) -> str:
     """Name what a task holds, as the report does: `head`, `right hand`, `frame T5`."""
@@ -276,147 +313,60 @@ def task_label(task: Head | Backrest | BackrestContact | Pelvis | Hand | Frame) 
     return task.kind.replace("_", " ")
 
 
-def example_problems() -> dict[str, Path]:
-    """Find the example problems that ship with the package, by name."""
-    return {path.stem: path for path in sorted(resource("problems").glob("*.toml"))}
+def number_at(problem: Problem, path: str) -> Any:
+    """What stands at a dotted path of a problem.
 
-
-def load_problem(name: str | Path, overrides: tuple[str, ...] = ()) -> Problem:
-    """Read a problem file, or an example by its name, with `key=value` overrides.
-
-    Args:
-        name: path of a TOML file, or the name of an example such as `reclined_15`.
-        overrides: such as `seat.recline_deg=20` or `task.backrest.slide=true`; a task is named by
-            its kind or by its number from 1.
+    A task is named by its kind or its number from 1, a part of a position by x, y or z.
 
     Raises:
-        BadProblem: one sentence with the place, the value, and what would be valid.
+        ValueError: there is nothing of this name; says what there is.
     """
-    examples = example_problems()
-    path = Path(name)
-    if path.suffix != ".toml" and str(name) in examples:
-        path = examples[str(name)]
-    elif path.suffix != ".toml" and not path.exists():
-        raise BadProblem(
-            str(name), f"no example problem has this name; {nearest(str(name), examples)}"
-        )
-    data = _read_toml(path)
-    _anchor_urdf(data, path.parent)
-    for override in overrides:
-        _set(data, override)
-    _anchor_urdf(data, Path.cwd())
-    try:
-        return Problem.model_validate(data)
-    except ValidationError as error:
-        raise BadProblem(path.name, _one_sentence(error, data)) from None
+    place: Any = problem
+    for name in path.split("."):
+        place = _parts(place, path)[_key(place, name, path)]
+    return place
 
 
-def _anchor_urdf(data: dict[str, Any], folder: Path) -> None:
-    """Read a relative path of a URDF from the folder of the file or command that names it."""
-    subject = data.get("subject")
-    if isinstance(subject, dict) and isinstance(subject.get("urdf"), str):
-        subject["urdf"] = str((folder / subject["urdf"]).resolve())
+def with_numbers(problem: Problem, numbers: Mapping[str, Any]) -> Problem:
+    """A copy of a problem with what stands at dotted paths replaced, and nothing checked again.
+
+    Unchecked, so that CasADi symbols can take the place of numbers.
+    """
+
+    def replaced(place: Any, names: list[str], path: str, value: Any) -> Any:
+        if not names:
+            return value
+        parts = _parts(place, path)
+        key = _key(place, names[0], path)
+        part = replaced(parts[key], names[1:], path, value)
+        if isinstance(place, Block):
+            return place.model_copy(update={str(key): part})
+        return tuple(part if other == key else parts[other] for other in parts)
+
+    for path, value in numbers.items():
+        problem = replaced(problem, path.split("."), path, value)
+    return problem
 
 
-def _read_toml(path: Path) -> dict[str, Any]:
-    try:
-        text = path.read_bytes().decode("utf-8")
-        data = tomllib.loads(text)
-    except FileNotFoundError:
-        raise BadProblem(str(path), "there is no such file") from None
-    except OSError as error:
-        raise BadProblem(str(path), f"cannot be read ({error.strerror})") from None
-    except UnicodeDecodeError:
-        raise BadProblem(str(path), "is not a text file in UTF-8") from None
-    except tomllib.TOMLDecodeError as error:
-        raise BadProblem(str(path), f"is not valid TOML: {error}") from None
-    if not data:
-        raise BadProblem(str(path), "is empty; a problem needs at least one [[task]]")
-    return data
+def _parts(place: Any, path: str) -> dict[str | int, Any]:
+    """What a block or a list is made of."""
+    if isinstance(place, Block):
+        return {name: getattr(place, name) for name in type(place).model_fields}
+    if isinstance(place, tuple):
+        return dict(enumerate(place))
+    raise ValueError(f"{path} goes on below {place!r}, which has no parts")
 
 
-def _set(data: dict[str, Any], override: str) -> None:
-    """Write `a.b.c=value` into nested tables; the value is TOML, or else a plain string."""
-    key, separator, text = override.partition("=")
-    if not separator or not key.strip():
-        raise BadProblem(f"--set {override}", "write key=value, such as seat.recline_deg=20")
-    try:
-        value = tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
-        value = text.strip()
-    *parents, last = key.strip().split(".")
-    table: Any = data
-    for name in parents:
-        table = _task_named(table, name) if isinstance(table, list) else table.setdefault(name, {})
-        if not isinstance(table, (dict, list)):
-            raise BadProblem(f"--set {override}", f"{name} holds a value, not a table")
-    if isinstance(table, list):
-        raise BadProblem(f"--set {override}", "name the task and its key: task.backrest.slide=true")
-    table[last] = value
-
-
-def _task_named(tasks: list[Any], name: str) -> Any:
-    for number, task in enumerate(tasks, 1):
-        if isinstance(task, dict) and name in (str(number), task.get("kind")):
-            return task
-    kinds = [str(task.get("kind")) for task in tasks if isinstance(task, dict)]
-    raise BadProblem(f"--set task.{name}", f"there is no such task; {nearest(name, kinds)}")
-
-
-def _one_sentence(error: ValidationError, data: dict[str, Any]) -> str:
-    """Turn pydantic's first complaint into a sentence with place, value and what is valid."""
-    # A value that may be a word or something else is refused by both; the something else says more.
-    errors = error.errors()
-    first = next((e for e in errors if "literal[" not in str(e["loc"][-1:])), errors[0])
-    place, model = _place(first["loc"], data)
-    value = first["input"]
-    message = first["msg"].removeprefix("Value error, ")
-    match first["type"]:
-        case "extra_forbidden":
-            key = str(first["loc"][-1])
-            return f"{place} is not a known key; {nearest(key, model.model_fields)}"
-        case "missing":
-            return f"{place} is missing"
-        case "union_tag_not_found":
-            return f"{place} needs a kind, one of {first['ctx'].get('expected_tags', _KINDS)}"
-        case "union_tag_invalid":
-            tag = first["ctx"]["tag"]
-            return f"{place}: no task is of kind {tag!r}; {nearest(tag, _TASKS)}"
-        case "model_type" | "model_attributes_type" | "dict_type":
-            return f"{place} is {value!r}, but must be a block of keys"
-    if isinstance(value, (dict, BaseModel)):
-        return f"{place + ': ' if place else ''}{message}"
-    return f"{place} = {value!r}: {message[0].lower() + message[1:]}"
-
-
-_TASKS: dict[str, type[Block]] = {
-    cls.model_fields["kind"].default: cls
-    for cls in (Head, Backrest, BackrestContact, Pelvis, Hand, Frame)
-}
-_KINDS = ", ".join(_TASKS)
-_BLOCKS: dict[str, type[Block]] = {
-    "subject": Subject,
-    "seat": Seat,
-    "posture": PostureBlock,
-    "looking": Gaze,
-}
-
-
-def _place(loc: tuple[int | str, ...], data: dict[str, Any]) -> tuple[str, type[Block]]:
-    """Write pydantic's location as a person would, and find the block it lies in."""
-    words: list[str] = []
-    model: type[Block] = Problem
-    for step in loc:
-        if isinstance(step, int):
-            words.append(f"task {step + 1}" if words == ["task"] else f"item {step + 1}")
-            if words[0] == "task" and len(words) == 2:
-                words = words[1:]
-        elif step in _TASKS and words and words[-1].startswith("task "):
-            model = _TASKS[step]
-            words[-1] += f" ({step})"
-        elif step.startswith(("literal[", "tuple[", "function-", "dict[", "float", "int")):
-            continue
-        else:
-            words.append(step)
-            model = _BLOCKS.get(step, model) if step != loc[-1] else model
-    return ".".join(words), model
+def _key(place: Any, name: str, path: str) -> str | int:
+    """Find a part by the name a person gives it."""
+    if isinstance(place, Block):
+        names: dict[str, str | int] = {field: field for field in type(place).model_fields}
+    elif place and isinstance(place[0], Block):
+        names = {str(i): i - 1 for i in range(1, len(place) + 1)}
+        for i, block in reversed(list(enumerate(place))):
+            names[block.kind] = i
+    else:
+        names = {axis: i for i, axis in enumerate("xyz"[: len(place)])}
+    if name not in names:
+        raise ValueError(f"{path}: there is no {name!r}; {nearest(name, names)}")
+    return names[name]

@@ -1,0 +1,46 @@
+"""What is asked: who sits, where, what is held, how it moves."""
+
+from posture_ik.problem.blocks import (
+    COMPONENTS,
+    SPINE,
+    Backrest,
+    BackrestContact,
+    Component,
+    Frame,
+    Gaze,
+    Hand,
+    Head,
+    MotionBlock,
+    Pelvis,
+    PostureBlock,
+    Problem,
+    Seat,
+    Subject,
+    number_at,
+    task_label,
+    with_numbers,
+)
+from posture_ik.problem.load import example_problems, load_problem
+
+__all__ = [
+    "COMPONENTS",
+    "SPINE",
+    "Backrest",
+    "BackrestContact",
+    "Component",
+    "Frame",
+    "Gaze",
+    "Hand",
+    "Head",
+    "MotionBlock",
+    "Pelvis",
+    "PostureBlock",
+    "Problem",
+    "Seat",
+    "Subject",
+    "example_problems",
+    "load_problem",
+    "number_at",
+    "task_label",
+    "with_numbers",
+]
