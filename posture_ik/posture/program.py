@@ -50,10 +50,11 @@ class Program:
         derivatives: `grad_f`, `jac_g`, `hess_lag` as CasADi functions for `nlpsol`.
         evaluate: (theta, p, lambda) -> residual (m,), its Jacobian (m, n), gradient (n,) and
             Hessian (n, n) of the Lagrangian, all with respect to x; gravity's potential ().
+        residual: (theta, p) -> residual (m,) alone.
         overturn: (theta, p) -> 1 - cos(phi) of every orientation held in full;
             `overturn_of_x` is the same as SX in x and p.
-        wrenches: (theta, p, (lambda, 1)) -> force and moment (6, number of frames held) of each
-            constraint on each of its frames, world axes, at the frame.
+        wrenches: (theta, p, (lambda, 1)) -> force, moment and point (9, number of frames held) of
+            each constraint on each of its frames, world axes, at the frame.
     """
 
     _known: ClassVar[dict[tuple[object, ...], Program]] = {}
@@ -113,6 +114,7 @@ class Program:
                 potential,
             ],
         )
+        self.residual = ca.Function("residual", [theta, p], [residual])
         self.overturn = ca.Function("overturn", [theta, p], [overturn])
         self.wrenches = ca.Function(
             "wrenches", [theta, p, weights], [ca.horzcat(*[_wrench(h, weights) for h in holding])]
@@ -250,6 +252,6 @@ def _vee(matrix: ca.SX) -> ca.SX:
 
 
 def _wrench(load: Load, multipliers: ca.SX) -> ca.SX:
-    """Force and moment at the frame with which a constraint acts on it, (6,)."""
+    """Force and moment with which a constraint acts on a frame, and where, (9,)."""
     force, couple = _contract(load, multipliers)
-    return -ca.vertcat(force, _vee(load.pose.rotation @ couple.T))
+    return ca.vertcat(-force, -_vee(load.pose.rotation @ couple.T), load.pose.position)

@@ -33,6 +33,13 @@ class Wrench(NamedTuple):
     point: Array
 
 
+class Prestrain(NamedTuple):
+    """Relative displacement (n,) m or rad and force (n,) N or N m of each joint's spring."""
+
+    displacement: Array
+    force: Array
+
+
 class ActiveLimit(NamedTuple):
     """A joint at its limit and what the limit carries: N for a stretch, N m for a turn."""
 
@@ -124,6 +131,11 @@ class Posture:
         return -self.stiffness * self.displacement
 
     @property
+    def prestrain(self) -> Prestrain:
+        """What every spring is displaced by and exerts, in its joint's own frame."""
+        return Prestrain(self.displacement, self.prestrain_force)
+
+    @property
     def energies(self) -> Array:
         """Strain energy of each spring, (n,), J."""
         return self.stiffness * self.displacement**2 / 2
@@ -153,16 +165,16 @@ class Posture:
     @cached_property
     def wrenches(self) -> tuple[Wrench, ...]:
         """Resultant of each task on the person, at the frame held or the mean of those held."""
-        parts = self._constraint_wrenches
+        parts = self._frame_wrenches
         wrenches = []
         start = 0
         for constraint in self.constraints:
-            points = np.array([self.frames[f].translation for f in constraint.frames])
-            forces, moments = np.split(parts[:, start : start + len(points)], 2)
+            stop = start + len(constraint.frames)
+            forces, moments, points = parts[start:stop].transpose(1, 0, 2)
             point = points.mean(axis=0)
-            moment = moments.sum(axis=1) + np.cross(points - point, forces.T).sum(axis=0)
-            wrenches.append(Wrench(constraint.label, forces.sum(axis=1), moment, point))
-            start += len(points)
+            moment = moments.sum(axis=0) + np.cross(points - point, forces).sum(axis=0)
+            wrenches.append(Wrench(constraint.label, forces.sum(axis=0), moment, point))
+            start = stop
         return tuple(wrenches)
 
     @cached_property
@@ -173,8 +185,7 @@ class Posture:
         for constraint in self.constraints:
             for k, frame in enumerate(constraint.frames):
                 if constraint.one_sided and -self.multipliers[row + k] > _ACTIVE:
-                    force, moment = np.split(self._constraint_wrenches[:, start + k], 2)
-                    contacts.append(Wrench(frame, force, moment, self.frames[frame].translation))
+                    contacts.append(Wrench(frame, *self._frame_wrenches[start + k]))
             row += len(constraint.rows)
             start += len(constraint.frames)
         return tuple(contacts)
@@ -192,11 +203,10 @@ class Posture:
         pin.framesForwardKinematics(model, data, self.q)
         outer = [pin.Force.Zero() for _ in range(model.njoints)]
         names = [frame for constraint in self.constraints for frame in constraint.frames]
-        for name, wrench in zip(names, self._constraint_wrenches.T, strict=True):
-            frame = model.frames[model.getFrameId(name)]
-            at = pin.SE3(np.eye(3), self.frames[name].translation)
-            force = at.act(pin.Force(wrench))
-            outer[frame.parentJoint] += data.oMi[frame.parentJoint].actInv(force)
+        for name, (force, moment, point) in zip(names, self._frame_wrenches, strict=True):
+            joint = model.frames[model.getFrameId(name)].parentJoint
+            wrench = pin.SE3(np.eye(3), point).act(pin.Force(force, moment))
+            outer[joint] += data.oMi[joint].actInv(wrench)
         rest = np.zeros(model.nv)
         pin.rnea(model, data, self.q, rest, rest, outer)
         root = data.oMi[1].act(data.f[1])
@@ -368,15 +378,19 @@ class Posture:
     @property
     def misses(self) -> Array:
         """Miss of every row, (m,), m or rad; of one-sided rows the overrun."""
-        residual = self._evaluated[0]
-        return np.where(self.statement.program.one_sided, np.minimum(residual, 0.0), residual)
+        statement = self.statement
+        residual = statement.program.residual(self.q, statement.parameters).full().ravel()
+        over = np.minimum(residual, 0.0)
+        missed: Array = np.where(statement.program.one_sided, over, residual)
+        return missed
 
     @cached_property
-    def _constraint_wrenches(self) -> Array:
+    def _frame_wrenches(self) -> Array:
+        """Force, moment and point of each constraint on each frame it holds, (frames, 3, 3)."""
         weights = np.append(self.multipliers, 1.0)
-        wrenches = self.statement.program.wrenches(self.q, self.statement.parameters, weights)
-        parts: Array = wrenches.full()
-        return parts
+        parts = self.statement.program.wrenches(self.q, self.statement.parameters, weights)
+        wrenches: Array = parts.full().T.reshape(-1, 3, 3)
+        return wrenches
 
     @property
     def _spring_force(self) -> float:

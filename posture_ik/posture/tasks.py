@@ -141,11 +141,12 @@ def constraints_of(
         BadProblem: a task names a link that the body does not have.
     """
     recline = _rotation(0.0, -problem.seat.recline_deg, 0.0)
-    return tuple(_constraint(task, reference, recline) for task in problem.task)
+    return tuple(_constraint(task, problem, reference, recline) for task in problem.task)
 
 
 def _constraint(
     task: ask.Head | ask.Backrest | ask.BackrestContact | ask.Pelvis | ask.Hand | ask.Frame,
+    problem: ask.Problem,
     reference: Mapping[str, pin.SE3],
     recline: Array,
 ) -> Constraint:
@@ -164,8 +165,11 @@ def _constraint(
             goal = rolled @ reference["S1"].rotation
             return _held(label, "S1", ("rx", "ry"), goal, (0.0, 0.0, 0.0))
         case ask.Hand():
-            goal = _rotation(*task.rotation_deg)
-            return _held(label, f"grip_{task.side[0]}", task.components, goal, task.position)
+            goal, position = _rotation(*task.rotation_deg), np.array(task.position)
+            if task.lever is not None:
+                handle, position = _grip(problem.lever[task.lever])
+                goal = handle @ goal
+            return _held(label, f"grip_{task.side[0]}", task.components, goal, position)
         case ask.Frame():
             if task.frame not in reference:
                 raise BadProblem(
@@ -184,6 +188,13 @@ def _rotation(about_x_deg: float, about_y_deg: float, about_z_deg: float) -> Arr
     about_z = np.array([[cz, -sz, 0.0], [sz, cz, 0.0], [0.0, 0.0, 1.0]])
     rotation: Array = about_z @ about_y @ about_x
     return rotation
+
+
+def _grip(lever: ask.Lever) -> tuple[Array, Array]:
+    """Rotation and position of a lever's handle."""
+    swung = _rotation(0.0, lever.fore_aft_deg, 0.0) @ _rotation(lever.lateral_deg, 0.0, 0.0)
+    position = np.array(lever.pivot) + swung @ np.array([0.0, 0.0, lever.length])
+    return swung @ _rotation(0.0, lever.handle_deg, 0.0), position
 
 
 def _held(

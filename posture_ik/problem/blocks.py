@@ -175,8 +175,23 @@ class Pelvis(Block):
     oblique_deg: Angle = 0.0
 
 
+class Lever(Block):
+    """A control lever on a hinge: where it turns, how long it is, how far it is swung.
+
+    Upright at zero, it swings about its pivot forward (`fore_aft_deg`, about y) and then to the
+    right (`lateral_deg`, about x). The hand holds it `length` metres from the pivot, on a handle
+    bent forward from the lever by `handle_deg`.
+    """
+
+    pivot: Position
+    length: float = Field(gt=0.0, le=2.0)
+    fore_aft_deg: Angle = 0.0
+    lateral_deg: Angle = 0.0
+    handle_deg: Angle = 0.0
+
+
 class Hand(Block):
-    """A hand's grip held at a pose, say that of a lever.
+    """A hand's grip held at a pose, given outright or as that of a lever of the problem.
 
     The grip's z is the axis of the stick (up through the thumb's side), x points away from the
     forearm. `rotation_deg` turns it from the world's axes: about z, then y, then x, given as
@@ -185,9 +200,18 @@ class Hand(Block):
 
     kind: Literal["hand"] = "hand"
     side: Literal["right", "left"]
-    position: Position
+    lever: str | None = None
+    position: Position | None = None
     rotation_deg: tuple[Angle, Angle, Angle] = (0.0, 0.0, 0.0)
     components: Components = COMPONENTS
+
+    @model_validator(mode="after")
+    def _held_by_one_of_two(self) -> Hand:
+        if (self.lever is None) == (self.position is None):
+            raise ValueError(
+                f"the {self.side} hand needs either a lever or a position, and not both"
+            )
+        return self
 
 
 class Frame(Block):
@@ -274,7 +298,16 @@ class Problem(Block):
     seat: Seat = Seat()
     task: tuple[Task, ...] = Field(min_length=1)
     posture: PostureBlock = PostureBlock()
+    lever: dict[str, Lever] = Field(default_factory=dict)
     motion: MotionBlock | None = None
+
+    @model_validator(mode="after")
+    def _levers_exist(self) -> Problem:
+        for number, task in enumerate(self.task, 1):
+            if isinstance(task, Hand) and task.lever not in (None, *self.lever):
+                known = nearest(str(task.lever), self.lever) if self.lever else "there is none yet"
+                raise ValueError(f"task {number} holds no lever called {task.lever!r}; {known}")
+        return self
 
     @model_validator(mode="after")
     def _tasks_agree(self) -> Problem:
@@ -341,6 +374,8 @@ def with_numbers(problem: Problem, numbers: Mapping[str, Any]) -> Problem:
         part = replaced(parts[key], names[1:], path, value)
         if isinstance(place, Block):
             return place.model_copy(update={str(key): part})
+        if isinstance(place, dict):
+            return {**place, key: part}
         return tuple(part if other == key else parts[other] for other in parts)
 
     for path, value in numbers.items():
@@ -354,6 +389,8 @@ def _parts(place: Any, path: str) -> dict[str | int, Any]:
         return {name: getattr(place, name) for name in type(place).model_fields}
     if isinstance(place, tuple):
         return dict(enumerate(place))
+    if isinstance(place, dict):
+        return dict(place)
     raise ValueError(f"{path} goes on below {place!r}, which has no parts")
 
 
@@ -361,6 +398,8 @@ def _key(place: Any, name: str, path: str) -> str | int:
     """Find a part by the name a person gives it."""
     if isinstance(place, Block):
         names: dict[str, str | int] = {field: field for field in type(place).model_fields}
+    elif isinstance(place, dict):
+        names = {key: key for key in place}
     elif place and isinstance(place[0], Block):
         names = {str(i): i - 1 for i in range(1, len(place) + 1)}
         for i, block in reversed(list(enumerate(place))):

@@ -17,6 +17,7 @@ from posture_ik.problem.blocks import (
     Gaze,
     Hand,
     Head,
+    Lever,
     MotionBlock,
     Pelvis,
     PostureBlock,
@@ -173,6 +174,9 @@ def _place(loc: tuple[int | str, ...], data: dict[str, Any]) -> tuple[str, type[
             words[-1] += f" ({step})"
         elif step.startswith(("literal[", "tuple[", "function-", "dict[", "float", "int")):
             continue
+        elif words == ["lever"]:
+            words.append(step)
+            model = Lever
         else:
             words.append(step)
             model = _BLOCKS.get(step, model) if step != loc[-1] else model
