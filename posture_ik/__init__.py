@@ -3,9 +3,15 @@
 from posture_ik import show
 from posture_ik.body import Body, build_body
 from posture_ik.errors import InfeasiblePosture, PostureIKError, PostureNotFound
-from posture_ik.exchange import read_posture, write_posture, write_urdf
+from posture_ik.exchange import (
+    read_posture,
+    write_mbdyn,
+    write_motion,
+    write_posture,
+    write_urdf,
+)
 from posture_ik.kinematics import Kinematics
-from posture_ik.posture import Posture, solve_posture
+from posture_ik.posture import Motion, Posture, move, solve_posture
 from posture_ik.problem import (
     Backrest,
     BackrestContact,
@@ -13,6 +19,8 @@ from posture_ik.problem import (
     Gaze,
     Hand,
     Head,
+    Lever,
+    MotionBlock,
     Pelvis,
     PostureBlock,
     Problem,
@@ -31,6 +39,9 @@ __all__ = [
     "Head",
     "InfeasiblePosture",
     "Kinematics",
+    "Lever",
+    "Motion",
+    "MotionBlock",
     "Pelvis",
     "Posture",
     "PostureBlock",
@@ -41,9 +52,12 @@ __all__ = [
     "Subject",
     "build_body",
     "load_problem",
+    "move",
     "read_posture",
     "show",
     "solve_posture",
+    "write_mbdyn",
+    "write_motion",
     "write_posture",
     "write_urdf",
 ]

@@ -6,6 +6,7 @@ import csv
 from pathlib import Path
 
 import numpy as np
+import pinocchio as pin
 import tomli_w
 import xarray as xr
 
@@ -29,7 +30,15 @@ def write_posture(posture: Posture, folder: Path) -> None:
 
 
 def _write_prestrain(posture: Posture, path: Path) -> None:
-    """One row a degree of freedom: what its spring is displaced by and carries, local frame."""
+    """One row a degree of freedom: what its spring is displaced by and carries, local frame.
+
+    `force` is what the spring exerts along the coordinate, `gravity_force` what the weight does
+    (Pinocchio; 0 where it is not counted); a joint limit does -`limit`, the tasks do the rest.
+    """
+    model = posture.body.model
+    weight = np.zeros(model.nv)
+    if posture.problem.posture.gravity:
+        weight = -pin.computeGeneralizedGravity(model, model.createData(), posture.q)
     rows = zip(
         posture.body.dofs,
         posture.displacement,
@@ -37,17 +46,17 @@ def _write_prestrain(posture: Posture, path: Path) -> None:
         posture.stiffness,
         posture.energies,
         posture.limit_multipliers,
+        weight,
         strict=True,
     )
+    columns = "dof unit displacement force_unit force stiffness energy_J limit gravity_force"
     with path.open("w", newline="", encoding="utf-8") as file:
         table = csv.writer(file)
-        table.writerow(
-            ["dof", "unit", "displacement", "force_unit", "force", "stiffness", "energy_J", "limit"]
-        )
-        for dof, displacement, force, stiffness, energy, limit in rows:
+        table.writerow(columns.split())
+        for dof, displacement, *others in rows:
             unit, force_unit = ("m", "N") if dof.endswith("_axial") else ("rad", "N m")
-            numbers = [f"{value:.12g}" for value in (displacement, force, stiffness, energy, limit)]
-            table.writerow([dof, unit, numbers[0], force_unit, *numbers[1:4], numbers[4]])
+            numbers = [f"{value:.12g}" for value in others]
+            table.writerow([dof, unit, f"{displacement:.12g}", force_unit, *numbers])
 
 
 def read_posture(folder: Path) -> Posture:

@@ -56,6 +56,25 @@ def test_prestrain_is_a_row_a_joint_in_its_own_frame(posture: pik.Posture, folde
         assert float(row["displacement"]) == pytest.approx(displacement, rel=1e-10, abs=1e-12)
 
 
+def test_prestrain_tells_the_weight_apart(posture: pik.Posture, folder: Path) -> None:
+    """Weight's work by centres of mass: the force along a coordinate is -m g dz/dq."""
+    with (folder / "prestrain.csv").open() as file:
+        weight = [float(row["gravity_force"]) for row in csv.DictReader(file)]
+    model = posture.body.model
+    mass, up = pin.computeTotalMass(model), -model.gravity.linear
+    rise = pin.jacobianCenterOfMass(model, model.createData(), posture.q).T @ up
+    np.testing.assert_allclose(weight, -mass * rise, atol=1e-8)
+    (lift,) = [w for w, dof in zip(weight, posture.body.dofs, strict=True) if dof == "L5_S1_axial"]
+    assert lift < -100.0
+
+
+def test_weight_not_counted_is_no_force(tmp_path: Path) -> None:
+    problem = pik.load_problem("upright")
+    pik.write_posture(pik.solve_posture(pik.build_body(problem.subject), problem), tmp_path)
+    with (tmp_path / "prestrain.csv").open() as file:
+        assert {float(row["gravity_force"]) for row in csv.DictReader(file)} == {0.0}
+
+
 def test_the_model_opens_in_pinocchio_with_its_meshes(posture: pik.Posture, folder: Path) -> None:
     model = pin.buildModelFromUrdf(str(folder / "model.urdf"))
     assert model.names.tolist() == posture.body.model.names.tolist()
