@@ -11,14 +11,21 @@ import typer
 from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-from posture_ik.body import build_body
+from posture_ik.body import Body, build_body
 from posture_ik.errors import BadProblem, PostureIKError
-from posture_ik.exchange import read_posture, write_posture, write_urdf
+from posture_ik.exchange import read_posture, write_mbdyn, write_motion, write_posture, write_urdf
 from posture_ik.files import whole_folder
-from posture_ik.posture import Posture, solve_posture
-from posture_ik.problem import example_problems, load_problem
-from posture_ik.show import serve_view, write_report, write_view
-from posture_ik.show.summary import as_record, summary
+from posture_ik.posture import Motion, Posture, solve_posture
+from posture_ik.posture import move as solve_motion
+from posture_ik.problem import Problem, example_problems, load_problem
+from posture_ik.show import view as serve
+from posture_ik.show import (
+    write_motion_report,
+    write_motion_view,
+    write_report,
+    write_view,
+)
+from posture_ik.show.summary import as_record, motion_record, motion_summary, summary
 
 app = typer.Typer(
     help="The posture a seated person takes, from one problem file.",
@@ -38,6 +45,8 @@ Overrides = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help="Replace a value: seat.recline_deg=20"),
 ]
+#: What to open, by format of `export`.
+_FORMATS = {"urdf": "model.urdf", "mbdyn": "posture.mbd"}
 Json = Annotated[bool, typer.Option("--json", help="Print for machines.")]
 
 
@@ -50,17 +59,24 @@ def run(
     with _progress(quiet=as_json) as progress:
         step = progress.add_task("reading the problem")
         with whole_folder(folder) as scratch:
+            body, stated = _read(problem, set_)
             progress.update(step, description="solving the posture")
-            posture = _solve(problem, set_)
+            posture = solve_posture(body, stated)
+            motion = None
+            if stated.motion is not None:
+                progress.update(step, description="moving")
+                motion = _move(body, stated, quiet=True)
             progress.update(step, description="writing the results")
             write_posture(posture, scratch)
-            progress.update(step, description="drawing the report")
-            write_report(posture, scratch / "report.html")
-            progress.update(step, description="drawing the 3D page")
-            write_view(posture, scratch / "view.html")
+            if motion is not None:
+                write_motion(motion, scratch)
+            progress.update(step, description="drawing report and 3D page")
+            _draw(posture, motion, scratch)
     _tell(posture, as_json)
+    if motion is not None and not as_json:
+        _tell_motion(motion, as_json)
     if not as_json:
-        _out.print(f"Open [bold]{folder / 'report.html'}[/] and [bold]{folder / 'view.html'}[/].")
+        _out.print(f"Open {_pages(folder, motion)}.")
 
 
 @app.command()
@@ -78,36 +94,58 @@ def solve(
 
 
 @app.command()
+def move(
+    problem: ProblemName, output: Output = None, set_: Overrides = None, as_json: Json = False
+) -> None:
+    """Move through a problem's signals: rates, torques, reactions; write them where -o says."""
+    if output is None:
+        motion = _move(*_read(problem, set_), quiet=as_json)
+    else:
+        with whole_folder(output) as scratch:
+            motion = _move(*_read(problem, set_), quiet=as_json)
+            write_motion(motion, scratch)
+    _tell_motion(motion, as_json)
+
+
+@app.command()
 def view(directory: ResultFolder) -> None:
     """Serve the 3D page of a result live through meshcat until Ctrl-C."""
-    serve_view(read_posture(directory))
+    posture = read_posture(directory)
+    moves = posture.problem.motion is not None
+    serve(_move(posture.body, posture.problem, quiet=False) if moves else posture)
 
 
 @app.command()
 def report(directory: ResultFolder) -> None:
     """Write report and 3D page of a result anew."""
     posture = read_posture(directory)
+    moves = posture.problem.motion is not None
+    motion = _move(posture.body, posture.problem, quiet=False) if moves else None
     with whole_folder(directory) as scratch:
-        write_report(posture, scratch / "report.html")
-        write_view(posture, scratch / "view.html")
-    _out.print(f"Wrote {directory / 'report.html'} and {directory / 'view.html'}.")
+        _draw(posture, motion, scratch)
+    _out.print(f"Wrote {_pages(directory, motion)}.")
 
 
 @app.command()
 def export(
     problem: ProblemName,
-    to: Annotated[str, typer.Option("--to", help="Format: urdf.")],
+    to: Annotated[
+        str, typer.Option("--to", help="Format: urdf (the body) or mbdyn (its posture).")
+    ],
     output: Output = None,
     set_: Overrides = None,
 ) -> None:
-    """Write a problem's body for other programs."""
-    if to != "urdf":
-        raise BadProblem(f"--to {to}", "no such format; valid is urdf")
-    subject = load_problem(problem, tuple(set_ or ())).subject
+    """Write a problem's body, or the posture it takes, for other programs."""
+    if to not in _FORMATS:
+        raise BadProblem(f"--to {to}", f"no such format; valid are {' and '.join(_FORMATS)}")
     folder = output or Path("out") / Path(problem).stem
     with whole_folder(folder) as scratch:
-        write_urdf(build_body(subject), scratch / "model.urdf")
-    _out.print(f"Wrote {folder / 'model.urdf'}.")
+        body, stated = _read(problem, set_)
+        if to == "mbdyn":
+            write_mbdyn(solve_posture(body, stated), scratch)
+        else:
+            write_urdf(body, scratch / "model.urdf")
+    _out.print(f"Wrote {folder / _FORMATS[to]}.")
 
 
 @app.command()
@@ -125,9 +163,38 @@ _out = Console()
 _err = Console(stderr=True)
 
 
-def _solve(problem: str, overrides: list[str] | None) -> Posture:
+def _read(problem: str, overrides: list[str] | None) -> tuple[Body, Problem]:
     stated = load_problem(problem, tuple(overrides or ()))
-    return solve_posture(build_body(stated.subject), stated)
+    return build_body(stated.subject), stated
+
+
+def _solve(problem: str, overrides: list[str] | None) -> Posture:
+    return solve_posture(*_read(problem, overrides))
+
+
+def _move(body: Body, problem: Problem, quiet: bool) -> Motion:
+    with _progress(quiet) as progress:
+        step = progress.add_task("moving", total=None)
+        return solve_motion(
+            body,
+            problem,
+            lambda done, of: progress.update(step, description=f"moving: {done} of {of} steps"),
+        )
+
+
+def _draw(posture: Posture, motion: Motion | None, folder: Path) -> None:
+    """Write the pages: of a motion its own report too, and the 3D page plays."""
+    write_report(posture, folder / "report.html")
+    if motion is None:
+        write_view(posture, folder / "view.html")
+    else:
+        write_motion_report(motion, folder / "motion.html")
+        write_motion_view(motion, folder / "view.html")
+
+
+def _pages(folder: Path, motion: Motion | None) -> str:
+    names = ["report.html", *(["motion.html"] if motion else []), "view.html"]
+    return ", ".join(f"[bold]{folder / name}[/]" for name in names)
 
 
 def _tell(posture: Posture, as_json: bool) -> None:
@@ -135,6 +202,13 @@ def _tell(posture: Posture, as_json: bool) -> None:
         print(json.dumps([as_record(posture)]))
     else:
         _out.print(summary(posture))
+
+
+def _tell_motion(motion: Motion, as_json: bool) -> None:
+    if as_json:
+        print(json.dumps([motion_record(motion)]))
+    else:
+        _out.print(motion_summary(motion))
 
 
 def _progress(quiet: bool) -> Progress:

@@ -132,12 +132,32 @@ BAD = {
     ),
     "hand without position": (
         problem('[[task]]\nkind = "hand"\nside = "left"'),
-        "position is missing",
+        "either a lever or a position",
     ),
     "the same task twice": (problem(HEAD + HEAD), "task 2 holds head a second time"),
     "contact without gravity": (
         changed("posture.gravity=false", name="reclined_15_gravity"),
         "backrest_contact needs the weight.*gravity = true",
+    ),
+    "unknown lever": (
+        changed("task.hand.lever=cyclc", name="pilot_cyclic"),
+        "no lever called 'cyclc'; did you mean 'cyclic'",
+    ),
+    # the motion
+    "nothing moves": (command("move", "upright"), "motion: is missing"),
+    "signal of nothing": (
+        changed("motion.signal.1.of=seat.tilt", name="nod"),
+        "seat.tilt: there is no 'tilt'",
+    ),
+    "motion out of range": (
+        lambda folder: [
+            "move",
+            "nod",
+            *("--set", "motion.signal.1.amplitude=120"),
+            *("--set", "motion.rate=20"),
+            *("-o", str(folder / "out")),
+        ],
+        r"at 0\.\d+ s the task",
     ),
     # the solve
     "unknown joint": (changed("posture.stiffness.L4_L6_ry=5"), "L4_L6_ry.*did you mean 'L4_L5_ry'"),
@@ -157,7 +177,10 @@ BAD = {
     ),
     # --set
     "set without a value": (changed("seat.recline_deg"), "--set seat.recline_deg: write key=value"),
-    "set of no task": (changed("task.hand.side=left"), "--set task.hand.side=left: no block is called 'hand'"),
+    "set of no task": (
+        changed("task.hand.side=left"),
+        "--set task.hand.side=left: no block is called 'hand'",
+    ),
     "set below a value": (changed("title.part=1"), "title holds a value"),
     "set of the task list": (changed("task.slide=true"), "no block is called 'slide'"),
     # the URDF
@@ -202,7 +225,7 @@ BAD = {
         ][1],
         "cannot write here",
     ),
-    "unknown export": (command("export", "upright", "--to", "step"), "--to step.*urdf"),
+    "unknown export": (command("export", "upright", "--to", "step"), "--to step.*urdf and mbdyn"),
     "unknown command": (command("sovle", "upright"), "sovle"),
     "unknown option": (command("solve", "upright", "--gravty"), "--gravty"),
     "missing argument": (command("solve"), "PROBLEM"),

@@ -71,6 +71,15 @@ def test_export_writes_a_urdf_that_pinocchio_loads(posture_ik: object, tmp_path:
     assert model.nq == 117
 
 
+def test_export_writes_a_posture_for_mbdyn(posture_ik: object, tmp_path: Path) -> None:
+    said = posture_ik("export", "reclined_15", "--to", "mbdyn", "-o", "deck")
+    assert "deck/posture.mbd" in said
+    names = {path.name for path in (tmp_path / "deck").iterdir()}
+    assert names == {f"posture.{suffix}" for suffix in ("ref", "nod", "elm", "loads", "mbd")}
+    elements = (tmp_path / "deck" / "posture.elm").read_text()
+    assert elements.count("deformable joint") == elements.count("prestrain, single") == 34
+
+
 def test_problems_lists_the_examples(posture_ik: object) -> None:
     listed = {entry["name"] for entry in json.loads(posture_ik("problems", "--json"))}
     assert "reclined_15" in listed

@@ -10,6 +10,11 @@ const resize = viewer.set_3d_pane_size.bind(viewer);
 viewer.set_3d_pane_size = () => resize(pane.clientWidth, pane.clientHeight);
 new ResizeObserver(() => { viewer.set_3d_pane_size(); look(current); }).observe(pane);
 
+// Numbers come as base64 of their bytes; three figures are enough to read.
+const bytes = text => Uint8Array.from(atob(text), c => c.charCodeAt(0));
+const floats = text => new Float32Array(bytes(text).buffer);
+const three = value => String(Number(value.toPrecision(3)));
+
 const object = path => viewer.scene_tree.find(["meshcat", ...path.split("/")]).object;
 
 // Glass is clear face on and denser towards its outline, so that what lies inside stays legible.
@@ -37,7 +42,7 @@ viewer.handle_command = command => {
 
 if (commands) {
   for (const command of commands) {
-    viewer.handle_command_bytearray(Uint8Array.from(atob(command), c => c.charCodeAt(0)));
+    viewer.handle_command_bytearray(bytes(command));
   }
 } else {
   viewer.connect();
@@ -82,11 +87,12 @@ for (const button of document.querySelectorAll("[data-view]")) {
 }
 
 // Layers
-const layers = { ghost: ["ghost"], forces: ["forces"], skin: ["skin"], ribs: posture.ribs };
+const layers = { ghost: ["ghost"], forces: ["forces"], skin: ["skin"], ribs: posture.ribs, ways: [] };
 for (const box of document.querySelectorAll("[data-layer]")) {
   box.addEventListener("change", () => {
     for (const path of layers[box.dataset.layer]) object(path).visible = box.checked;
     if (box.dataset.layer === "forces") labels.hidden = !box.checked;
+    if (box.dataset.layer === "ways") document.getElementById("ways").toggleAttribute("hidden", !box.checked);
     viewer.set_dirty();
   });
 }
@@ -95,20 +101,25 @@ for (const box of document.querySelectorAll("[data-layer]")) {
 const labels = document.getElementById("labels");
 const tags = posture.labels.map(label => {
   const tag = document.createElement("span");
-  tag.append(label.name);
-  for (const kind of ["force", "moment"]) {
-    if (!label[kind]) continue;
+  labels.append(tag);
+  const written = { tag, name: label.name };
+  write(written, { ...label, at: new THREE.Vector3(...label.at), start: new THREE.Vector3(...label.start) });
+  return written;
+});
+
+function write(written, { force, moment, at, start }) {
+  written.tag.replaceChildren(written.name);
+  for (const [kind, text] of [["force", force], ["moment", moment]]) {
+    if (!text) continue;
     const value = document.createElement("b");
     value.className = kind;
-    value.textContent = label[kind];
-    tag.append(" ", value);
+    value.textContent = text;
+    written.tag.append(" ", value);
   }
-  labels.append(tag);
-  return {
-    tag, forced: label.force !== "",
-    at: new THREE.Vector3(...label.at), start: new THREE.Vector3(...label.start),
-  };
-});
+  written.tag.hidden = !force && !moment;
+  written.forced = Boolean(force);
+  Object.assign(written, { at, start });
+}
 
 function on_screen(point) {
   const seen = viewer.scene.localToWorld(point.clone()).project(viewer.camera);
@@ -118,6 +129,7 @@ function on_screen(point) {
 function place_labels() {
   const placed = [];
   for (const { tag, forced, at, start } of tags) {
+    if (tag.hidden) continue;
     const [x0, y0] = on_screen(start), [x1, y1] = on_screen(at);
     const w = tag.offsetWidth, h = tag.offsetHeight, away = Math.hypot(x1 - x0, y1 - y0) || 1;
     // Beyond an arrow's tail; to the left of a ring.
@@ -135,7 +147,21 @@ function place_labels() {
 const render = viewer.render.bind(viewer);
 viewer.render = () => { render(); place_labels(); };
 
-// Tips: the joint below the part under the pointer.
+// Tips: the joint below the part under the pointer, and what it does and carries at that instant.
+const moved = floats(posture.moved);
+let instant = 0;
+const joules = energy => energy < 1e-9 ? "0 J" : energy < 0.1 ? `${three(1e3 * energy)} mJ` : `${three(energy)} J`;
+
+function carried({ dofs }) {
+  let energy = 0;
+  const lines = dofs.map(i => {
+    const { does, stretch, stiffness } = posture.dofs[i], by = moved[instant * posture.dofs.length + i];
+    energy += stiffness * by * by / 2;
+    return stretch ? `${does} ${(1e3 * by).toFixed(2)} mm, ${(stiffness * by).toFixed(1)} N`
+      : `${does} ${THREE.MathUtils.radToDeg(by).toFixed(2)}°, ${(stiffness * by).toFixed(2)} N m`;
+  });
+  return { energy, lines };
+}
 const tip = document.getElementById("tip");
 const ray = new THREE.Raycaster();
 
@@ -156,9 +182,9 @@ pane.addEventListener("pointermove", event => {
   const found = event.buttons ? null : part_at(event);
   tip.hidden = !found;
   if (!found) return;
-  const name = document.createElement("strong");
-  name.textContent = `${found.part.joint}: ${found.part.energy}`;
-  tip.replaceChildren(name, ...found.part.lines.map(line => {
+  const name = document.createElement("strong"), { energy, lines } = carried(found.part);
+  name.textContent = `${found.part.joint}: ${joules(energy)}`;
+  tip.replaceChildren(name, ...lines.map(line => {
     const row = document.createElement("small");
     row.textContent = line;
     return row;

@@ -52,10 +52,15 @@ def acting(posture: Posture) -> list[Wrench]:
     return [*held, *posture.contacts, posture.seat]
 
 
-def arrows(wrenches: Sequence[Wrench]) -> list[Arrow]:
-    """The forces as arrows whose lengths are in proportion, the largest 0.30 m."""
+def arrows(wrenches: Sequence[Wrench], largest: float | None = None) -> list[Arrow]:
+    """The forces as arrows whose lengths are in proportion, the largest 0.30 m.
+
+    Args:
+        wrenches: what acts.
+        largest: the force drawn 0.30 m long, N; the largest of these if not given.
+    """
     sizes = [float(np.linalg.norm(wrench.force)) for wrench in wrenches]
-    largest = max(sizes, default=0.0)
+    largest = max(sizes, default=0.0) if largest is None else largest
     return [
         Arrow(
             w.label,
@@ -67,10 +72,15 @@ def arrows(wrenches: Sequence[Wrench]) -> list[Arrow]:
     ]
 
 
-def turns(wrenches: Sequence[Wrench]) -> list[Turn]:
-    """The moments as arcs whose radii grow with the root of the moment."""
+def turns(wrenches: Sequence[Wrench], largest: float | None = None) -> list[Turn]:
+    """The moments as arcs whose radii grow with the root of the moment.
+
+    Args:
+        wrenches: what acts.
+        largest: the moment drawn largest, N m; the largest of these if not given.
+    """
     sizes = [float(np.linalg.norm(wrench.moment)) for wrench in wrenches]
-    largest = max(sizes, default=0.0)
+    largest = max(sizes, default=0.0) if largest is None else largest
     return [
         Turn(
             w.label,
@@ -81,6 +91,12 @@ def turns(wrenches: Sequence[Wrench]) -> list[Turn]:
         for w, size in zip(wrenches, sizes, strict=True)
         if size > max(_LEAST, _NEGLIGIBLE * largest)
     ]
+
+
+def size(vector: Array) -> str:
+    """How large a force or a moment is, in its own unit, for a table."""
+    value = float(np.linalg.norm(vector))
+    return f"{value:.3g}" if value >= _LEAST else "0"
 
 
 def labels(wrenches: Sequence[Wrench]) -> list[Label]:

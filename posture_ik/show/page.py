@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import webbrowser
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from threading import Thread
@@ -17,17 +17,26 @@ import pinocchio as pin
 import tornado.web
 import umsgpack
 from meshcat.servers.zmqserver import VIEWER_ROOT, ZMQWebSocketBridge
+from scipy.spatial import ConvexHull
 
 from posture_ik.arrays import Array
 from posture_ik.body.scaling import Scale
 from posture_ik.files import whole_file
 from posture_ik.kinematics import frame_poses
-from posture_ik.posture import Posture
+from posture_ik.posture import Motion, Posture, Wrench
 from posture_ik.resources import resource
-from posture_ik.show.arrows import acting, labels
+from posture_ik.show.arrows import acting, labels, size
 from posture_ik.show.looks import Look, looks_of
+from posture_ik.show.moving import (
+    animation,
+    largest_wrenches,
+    packed,
+    peak_parts,
+    shown_steps,
+    wrenches_at,
+)
 from posture_ik.show.scene import CAGE, draw, floor_height
-from posture_ik.show.strain import RAMP, Part, full_scale, parts_of, place_on_scale
+from posture_ik.show.strain import RAMP, Part, action, full_scale, parts_of, place_on_scale
 
 
 class _Recorder:
@@ -50,28 +59,38 @@ def write_view(posture: Posture, path: Path) -> None:
     Raises:
         UnwritableOutput: the file cannot be written.
     """
-    recorder = _Recorder()
-    draw(meshcat.Visualizer(window=recorder), posture)
-    with whole_file(path) as scratch:
-        scratch.write_text(_page(posture, recorder.commands), encoding="utf-8")
+    _write(posture, path)
 
 
-def serve_view(posture: Posture, browse: bool = True) -> None:
+def write_motion_view(motion: Motion, path: Path) -> None:
+    """Write a motion as one HTML file that plays in any browser, without any network.
+
+    Args:
+        motion: what to show.
+        path: of the file; it is written whole or not at all.
+
+    Raises:
+        UnwritableOutput: the file cannot be written.
+    """
+    _write(motion, path)
+
+
+def view(shown: Posture | Motion, browse: bool = True) -> None:
     """Serve the same page live through meshcat's server, until interrupted.
 
     Other programs can draw into it at the server's `zmq_url`, which is printed.
 
     Args:
-        posture: what to show.
+        shown: a posture, or a motion to play.
         browse: open the page in the user's browser.
     """
     bridge = ZMQWebSocketBridge()
-    page = _page(posture, None)
+    page = _page(shown, None)
     bridge.app.add_handlers(r".*", [(r"/posture", _PageHandler, {"page": page})])
     address = f"http://{bridge.host}:{bridge.fileserver_port}/posture"
 
     def fill() -> None:
-        draw(meshcat.Visualizer(zmq_url=bridge.zmq_url), posture)
+        _draw(meshcat.Visualizer(zmq_url=bridge.zmq_url), shown)
         print(f"With legend and labels: {address} (zmq_url={bridge.zmq_url}); Ctrl-C ends it.")
         if browse:
             webbrowser.open(address)
@@ -91,24 +110,52 @@ class _PageHandler(tornado.web.RequestHandler):
         self.finish(self.page)
 
 
-def _page(posture: Posture, commands: list[str] | None) -> str:
+def _write(shown: Posture | Motion, path: Path) -> None:
+    recorder = _Recorder()
+    _draw(meshcat.Visualizer(window=recorder), shown)
+    with whole_file(path) as scratch:
+        scratch.write_text(_page(shown, recorder.commands), encoding="utf-8")
+
+
+def _draw(visualizer: meshcat.Visualizer, shown: Posture | Motion) -> None:
+    """Draw a posture, or where a motion starts with every force that it will need."""
+    if isinstance(shown, Posture):
+        draw(visualizer, shown)
+    else:
+        draw(visualizer, shown.postures[0], largest_wrenches(shown))
+
+
+def _page(shown: Posture | Motion, commands: list[str] | None) -> str:
     """The page: with the drawing in it, or, without commands, listening to the live server."""
     files = resource("viz")
     pages = jinja2.Environment(
         loader=jinja2.FileSystemLoader(files), autoescape=True, undefined=jinja2.StrictUndefined
     )
-    looks = looks_of(posture.body)
-    parts = parts_of(posture, {look.link for look in looks})
+    looks = looks_of(shown.body)
+    links = {look.link for look in looks}
+    scripts = ["view.js"]
+    if isinstance(shown, Posture):
+        postures = [shown]
+        parts = parts_of(shown, links)
+        facts, wrenches, motion = _facts(shown), acting(shown), None
+        loads = _loads((*shown.wrenches, shown.seat))
+    else:
+        postures = [shown.postures[i] for i in shown_steps(shown.time)]
+        parts = peak_parts(shown, parts_of(postures[0], links))
+        facts, wrenches = _motion_facts(shown), largest_wrenches(shown)
+        motion, loads = animation(shown, looks, parts), _loads(wrenches_at(shown, 0))
+        scripts.append("play.js")
     return pages.get_template("view.html").render(
-        title=posture.problem.title,
-        facts=_facts(posture),
-        loads=_loads(posture),
+        title=shown.problem.title,
+        facts=facts,
+        loads=loads,
         legend=_legend(parts),
-        data=_data(posture, looks, parts),
+        data=_data(postures, looks, parts, wrenches),
+        motion=motion,
         commands=commands,
         viewer=(Path(VIEWER_ROOT) / "main.min.js").read_text(encoding="utf-8"),
         style=(files / "view.css").read_text(encoding="utf-8"),
-        script=(files / "view.js").read_text(encoding="utf-8"),
+        script="\n".join((files / name).read_text(encoding="utf-8") for name in scripts),
     )
 
 
@@ -123,19 +170,27 @@ def _facts(posture: Posture) -> list[tuple[str, str]]:
     ]
 
 
-def _loads(posture: Posture) -> list[tuple[str, str, str]]:
+def _motion_facts(motion: Motion) -> list[tuple[str, str]]:
+    """The same for a motion; the strain energy is that of its start, until the page plays."""
+    reclines = [posture.problem.seat.recline_deg for posture in motion.postures]
+    low, high = min(reclines), max(reclines)
+    return [
+        ("Lasts", f"{motion.time[-1] - motion.time[0]:.3g} s, {len(motion.time)} steps"),
+        ("Backrest reclined", f"{low:g}°" if low == high else f"{low:.3g}° to {high:.3g}°"),
+        ("Strain energy", _joules(motion.postures[0].elastic_energy)),
+        ("Tasks and rates met to", f"{motion.worst_residuals().max():.0e}"),
+    ]
+
+
+def _loads(wrenches: Sequence[Wrench]) -> list[tuple[str, str, str]]:
     """What acts on the person: where, force in N, moment in N m."""
-
-    def size(vector: Array) -> str:
-        value = float(np.linalg.norm(vector))
-        return f"{value:.3g}" if value >= 0.05 else "0"
-
-    wrenches = (*posture.wrenches, posture.seat)
     return [(w.label, size(w.force), size(w.moment)) for w in wrenches]
 
 
 def _joules(energy: float) -> str:
-    return f"{energy:.3g} J" if energy >= 0.1 or energy == 0.0 else f"{1e3 * energy:.3g} mJ"
+    if energy < 1e-9:
+        return "0 J"
+    return f"{energy:.3g} J" if energy >= 0.1 else f"{1e3 * energy:.3g} mJ"
 
 
 def _legend(parts: Mapping[str, Part]) -> dict[str, Any]:
@@ -165,11 +220,19 @@ def _joint(name: str) -> str:
     return name.replace("_", "–")
 
 
-def _data(posture: Posture, looks: list[Look], parts: Mapping[str, Part]) -> dict[str, Any]:
+def _data(
+    postures: Sequence[Posture],
+    looks: Sequence[Look],
+    parts: Mapping[str, Part],
+    wrenches: Sequence[Wrench],
+) -> dict[str, Any]:
     """What the page's script needs besides the drawing: what to frame, write and tell."""
-    written = labels(acting(posture))
+    written = labels(wrenches)
+    first = postures[0]
+    seen = postures[:: max(1, len(postures) // 12)]
+    points = np.vstack([_outline(p, [label.at for label in written]) for p in seen])
     return {
-        "frame": [point.tolist() for point in _outline(posture, [label.at for label in written])],
+        "frame": points[ConvexHull(points).vertices].tolist(),
         "labels": [
             {
                 "name": label.name,
@@ -181,9 +244,13 @@ def _data(posture: Posture, looks: list[Look], parts: Mapping[str, Part]) -> dic
             for label in written
         ],
         "parts": {
-            link: {"joint": _joint(part.joint), "energy": _joules(part.energy), "lines": part.lines}
-            for link, part in parts.items()
+            link: {"joint": _joint(part.joint), "dofs": part.dofs} for link, part in parts.items()
         },
+        "dofs": [
+            {"does": action(dof), "stretch": dof.endswith("_axial"), "stiffness": float(k)}
+            for dof, k in zip(first.body.dofs, first.stiffness, strict=True)
+        ],
+        "moved": packed([posture.displacement for posture in postures]),
         "ribs": [f"person/{look.link}/{look.name}" for look in looks if look.name in CAGE],
     }
 

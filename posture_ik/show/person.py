@@ -114,28 +114,49 @@ def draw_after(posture: Posture, view: View) -> str:
     return _draw(posture, view, before=False)
 
 
-def _draw(posture: Posture, view: View, before: bool) -> str:
+def draw_moments(
+    postures: Sequence[Posture], titles: Sequence[str], ways: Mapping[str, Array]
+) -> list[str]:
+    """Draw moments of a motion from the side, all in one window, with ways (k, 3) by name."""
+    return [
+        _draw(posture, "side", False, title, postures, ways)
+        for posture, title in zip(postures, titles, strict=True)
+    ]
+
+
+def _draw(
+    posture: Posture,
+    view: View,
+    before: bool,
+    title: str = "",
+    moments: Sequence[Posture] = (),
+    ways: Mapping[str, Array] | None = None,
+) -> str:
     reference = frame_poses(posture.body.model, posture.body.q_reference)
     scene = _Scene(
         now=reference if before else posture.frames,
         reference=reference,
         recline=0.0 if before else np.radians(posture.problem.seat.recline_deg),
-        wrenches=() if before else (*posture.wrenches, posture.seat),
+        wrenches=() if before or moments else (*posture.wrenches, posture.seat),
         paper=Paper(view),
         size=float(reference["Head"].translation[2]) / _HEAD_HEIGHT,
     )
     layers = [_seat(scene), _flesh(scene), _bones(scene)]
     if not before:
         layers.append(_ghost(scene))
-    both = [*posture.frames.values(), *reference.values()]
-    on = scene.paper.project([frame.translation for frame in both])
-    margin = scene.size * np.array([400.0 if view == "side" else 200.0, 200.0])
+    shown = [reference, *(each.frames for each in moments or (posture,))]
+    on = scene.paper.project([pose.translation for frames in shown for pose in frames.values()])
+    # Room for forces and their labels, where there are any.
+    beside = 230.0 if moments else 400.0 if view == "side" else 200.0
+    margin = scene.size * np.array([beside, 200.0])
     low, high = on.min(axis=0) - margin, on.max(axis=0) + margin
     high[1] = 240.0 * scene.size
     if view == "side":
         high[0] = max(on.max(axis=0)[0] + 200.0, 640.0 * scene.size)
     layers += [_spine(scene), _gaze(scene), draw_forces(scene.paper, scene.wrenches, low, high)]
-    title = ("Before" if before else "After") + f", from the {view}"
+    for name, way in (ways or {}).items():
+        layers.append(scene.paper.curve(way, f"way {name.replace(' ', '-')}"))
+    title = title or ("Before" if before else "After") + f", from the {view}"
     axes = "metres " + ("forward" if view == "side" else "to the person's left") + " and up"
     return sheet("".join(layers), low, high, title, axes)
 

@@ -180,8 +180,8 @@ def bar_chart(posture: Posture, bars: Bars) -> Figure:
     )
     negative, positive = bars.ends
     title = f"← {negative}   {bars.unit}   {positive} →" if negative else bars.unit
-    axis = _axis(title) | {"range": [-1.45 * reach, 1.45 * reach], "zerolinewidth": 1.5}
-    return {"data": data, "layout": _layout(axis) | {"barmode": "overlay"}}
+    scale = axis(title) | {"range": [-1.45 * reach, 1.45 * reach], "zerolinewidth": 1.5}
+    return {"data": data, "layout": layout(scale) | {"barmode": "overlay"}}
 
 
 def energy_chart(posture: Posture) -> Figure:
@@ -206,8 +206,8 @@ def energy_chart(posture: Posture) -> Figure:
         "cliponaxis": False,
         "hovertemplate": "%{y}: %{x:.4g} J<extra></extra>",
     }
-    axis = _axis("strain energy, J") | {"range": [0.0, 1.4 * max(*energies, 1e-9)]}
-    return {"data": [bars], "layout": _layout(axis)}
+    scale = axis("strain energy, J") | {"range": [0.0, 1.4 * max(*energies, 1e-9)]}
+    return {"data": [bars], "layout": layout(scale)}
 
 
 def energy_by_region(posture: Posture) -> dict[str, float]:
@@ -218,7 +218,8 @@ def energy_by_region(posture: Posture) -> dict[str, float]:
     return shares
 
 
-def _axis(title: str) -> Figure:
+def axis(title: str) -> Figure:
+    """An axis with a title, that stays where it is."""
     return {
         "title": {"text": title, "font": {"size": 13}, "standoff": 8},
         "gridcolor": _GRID,
@@ -229,7 +230,8 @@ def _axis(title: str) -> Figure:
     }
 
 
-def _layout(xaxis: Figure) -> Figure:
+def layout(xaxis: Figure) -> Figure:
+    """The look of every chart; bars stand one below the other."""
     return {
         "xaxis": xaxis,
         "yaxis": {"automargin": True, "fixedrange": True, "dtick": 1, "ticksuffix": " "},

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import jinja2
 import numpy as np
 import pinocchio as pin
 from plotly.offline import get_plotlyjs
@@ -15,15 +14,23 @@ from posture_ik.files import whole_file
 from posture_ik.posture import Certificate, Posture, Wrench
 from posture_ik.posture.tasks import Constraint, Supported
 from posture_ik.problem import SPINE
-from posture_ik.resources import resource
 from posture_ik.show.person import draw_after, draw_before
 from posture_ik.show.plots import COLOURS, arm_bars, bar_chart, energy_chart, joint_name, spine_bars
+from posture_ik.show.words import (
+    BODY_RESTS_ON,
+    PICTURES_REST_ON,
+    direction,
+    number,
+    power,
+    template,
+    units,
+    who,
+)
 
 Row = dict[str, Any]
 
 #: A spine that leaves the mid-plane by less than this (m, rad) is not worth a view from the front.
 _SIDEWAYS = 5e-4
-_EXPONENT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def write_report(posture: Posture, path: Path | str) -> None:
@@ -39,17 +46,9 @@ def write_report(posture: Posture, path: Path | str) -> None:
 
 def render_report(posture: Posture) -> str:
     """Render the report of a posture as HTML, with styles, scripts and charts inside."""
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(resource("viz")),
-        autoescape=jinja2.select_autoescape(),
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters |= {"number": number, "power": power}
     spine, arms = spine_bars(posture), arm_bars(posture)
     figures = [energy_chart(posture), *(bar_chart(posture, bars) for bars in (*spine, *arms))]
-    return environment.get_template("report.html").render(
+    return template("report.html").render(
         posture=posture,
         subject=posture.problem.subject,
         asked=_asked(posture),
@@ -70,22 +69,6 @@ def render_report(posture: Posture) -> str:
     )
 
 
-def number(value: float) -> str:
-    """Three significant figures without an exponent; what is below a millionth is 0."""
-    if abs(value) < 1e-6:
-        return "0"
-    digits = max(0, 2 - int(np.floor(np.log10(abs(value)))))
-    return f"{value:.{digits}f}".replace("-", "−")
-
-
-def power(value: float) -> str:
-    """Two significant figures as a power of ten, for what ought to be nearly nothing."""
-    if value == 0.0:
-        return "0"
-    mantissa, exponent = f"{value:.1e}".split("e")
-    return f"{mantissa} × 10{str(int(exponent)).translate(_EXPONENT)}"
-
-
 def _pictures(posture: Posture) -> list[str]:
     """Before and after from the side; from the front too where the person left the mid-plane."""
     moved = [posture.frames[name].translation[1] for name in SPINE]
@@ -103,13 +86,12 @@ def _asked(posture: Posture) -> list[str]:
         f"{block.stiffness} springs"
         if isinstance(block.stiffness, str)
         else "tissue springs, changed for "
-        + ", ".join(f"{joint_name(dof)}{_direction(dof)}" for dof in block.stiffness)
+        + ", ".join(f"{joint_name(dof)}{direction(dof)}" for dof in block.stiffness)
         + ","
     )
     rest = {"reference": "in the reference shape", "middle": "in the middle of the joint ranges"}
     return [
-        f"{subject.gender.capitalize()}, {subject.age:g} years, {subject.weight:g} kg, "
-        f"{subject.stature:.2f} m",
+        who(subject),
         f"backrest {posture.problem.seat.recline_deg:g}° back",
         "holding " + ", ".join(constraint.label for constraint in posture.constraints),
         f"{stiffness} at rest {rest[block.ergonomic]}",
@@ -133,34 +115,20 @@ def _weight(posture: Posture) -> float:
     return float(pin.computeTotalMass(model) * np.linalg.norm(model.gravity.linear))
 
 
-def _units(dof: str) -> tuple[float, str, str, str]:
-    """For a degree of freedom: its factor and unit for people, of its force, of its stiffness."""
-    if dof.endswith("_axial"):
-        return 1000.0, "mm", "N", "N/mm"
-    return float(np.degrees(1.0)), "deg", "N m", "N m/deg"
-
-
 def _limit(posture: Posture, index: int) -> Row:
     limit = posture.active_limits[index]
-    factor, unit, force, _ = _units(limit.dof)
+    factor, unit, force, _ = units(limit.dof)
     return {
-        "joint": f"{joint_name(limit.dof)}{_direction(limit.dof)}",
+        "joint": f"{joint_name(limit.dof)}{direction(limit.dof)}",
         "side": limit.side,
         "value": f"{number(factor * limit.value)} {unit}",
         "load": f"{number(limit.load)} {force}",
     }
 
 
-def _direction(dof: str) -> str:
-    """Which way a degree of freedom of the spine goes, in words; an arm's name says it already."""
-    words = {"axial": "stretch", "rx": "lateral bending", "ry": "flexion", "rz": "axial rotation"}
-    suffix = dof.rpartition("_")[2]
-    return f" {words[suffix]}" if suffix in words else ""
-
-
 def _joint(posture: Posture, index: int) -> Row:
     dof = posture.body.dofs[index]
-    factor, unit, force, stiffness = _units(dof)
+    factor, unit, force, stiffness = units(dof)
     return {
         "joint": dof,
         "value": factor * posture.displacement[index],
@@ -261,12 +229,7 @@ def _assumptions(posture: Posture) -> list[str]:
     """What the numbers rest on and a reader should know."""
     block = posture.problem.posture
     lines = [
-        "Each joint is a set of linear springs between rigid vertebrae: one along the spine, three "
-        "turns (published tables); shear is taken as rigid.",
-        "Where each joint sits between its two vertebrae is not published; it was identified from "
-        "the body's modes of vibration.",
-        "Joint ranges are means of published measurements, applied as hard limits.",
-        "The springs of the arms are assumed; they only choose among equal arm poses.",
+        *BODY_RESTS_ON,
         "Muscles are not counted: forces are what passive tissue and supports carry.",
         (
             "Weight is counted, so the posture is a static equilibrium."
@@ -274,7 +237,7 @@ def _assumptions(posture: Posture) -> list[str]:
             else "Weight is not counted: forces are those that bend the spine, on top of what "
             "weight would add."
         ),
-        "Skin, ribs and limbs in the pictures are drawn for the eye and carry no numbers.",
+        PICTURES_REST_ON,
     ]
     for constraint in posture.constraints:
         if constraint.label == "backrest":

@@ -18,7 +18,7 @@ from posture_ik.arrays import Array
 from posture_ik.body.scaling import Scale
 from posture_ik.body.solids import mesh, plate, tube
 from posture_ik.kinematics import frame_poses
-from posture_ik.posture import Posture
+from posture_ik.posture import Posture, Wrench
 from posture_ik.problem import SPINE, Hand
 from posture_ik.show.arrows import Arrow, Turn, acting, arrows, turns
 from posture_ik.show.looks import Look, looks_of
@@ -40,12 +40,15 @@ _CUSHION, _FRAME, _STICK = (0.36, 0.42, 0.49), (0.62, 0.66, 0.70), (0.20, 0.23, 
 _SOLE = 0.075
 
 
-def draw(visualizer: meshcat.Visualizer, posture: Posture) -> None:
+def draw(
+    visualizer: meshcat.Visualizer, posture: Posture, wrenches: Sequence[Wrench] | None = None
+) -> None:
     """Draw a posture: the person, the reference shape as a ghost, the seat, forces and levers.
 
     Args:
         visualizer: meshcat's, live or recording.
         posture: what to draw.
+        wrenches: the forces and moments to draw; what acts in the posture if not given.
     """
     body = posture.body
     now, reference = posture.frames, frame_poses(body.model, body.q_reference)
@@ -58,9 +61,9 @@ def draw(visualizer: meshcat.Visualizer, posture: Posture) -> None:
     _ghost(visualizer["ghost"], looks, reference)
     _glass(visualizer["skin"], g.TriangularMeshGeometry(*trunk), _SKIN, 0.22)
     back = back_of(trunk, reference, scale.length[0])
-    _seat(visualizer["seat"], np.radians(posture.problem.seat.recline_deg), back, scale.length[2])
+    _seat(visualizer["seat"], leaning(posture, back), scale.length[2])
     _floor(visualizer["floor"], floor_height(posture))
-    wrenches = acting(posture)
+    wrenches = acting(posture) if wrenches is None else wrenches
     for arrow in arrows(wrenches):
         _arrow(visualizer[f"forces/{arrow.name}/force"], arrow)
     for turn in turns(wrenches):
@@ -115,12 +118,17 @@ def _person(
         if opacity < 1.0:
             _glass(at, look.geometry, rgb, opacity)
         else:
-            if look.link in parts and look.name not in _PLAIN:
+            if tinted(look, parts):
                 rgb = colour(parts[look.link].energy, full, rgb)
             at.set_object(look.geometry, _matt(rgb))
         at.set_transform(look.pose)
     for link in {look.link for look in looks}:
         place[link].set_transform(frames[link].homogeneous)
+
+
+def tinted(look: Look, parts: Mapping[str, Part]) -> bool:
+    """Whether a shape takes the colour of what its joint carries."""
+    return look.rgba[3] >= 1.0 and look.link in parts and look.name not in _PLAIN
 
 
 def _ghost(
@@ -135,13 +143,18 @@ def _ghost(
             place[look.link].set_transform(reference[look.link].homogeneous)
 
 
-def _seat(place: meshcat.Visualizer, recline: float, back: Array, size: float) -> None:
-    """A pan under the person, a backrest that touches the back, a foot to stand on."""
+def leaning(posture: Posture, back: Array) -> pin.SE3:
+    """Where the backrest stands that touches the points `back` (k, 3) of the skin, m."""
+    recline = np.radians(posture.problem.seat.recline_deg)
     out = np.array([np.cos(recline), 0.0, np.sin(recline)])
-    leaning = pin.SE3(pin.utils.rotate("y", -recline), float((back @ out).min()) * out)
+    return pin.SE3(pin.utils.rotate("y", -recline), float((back @ out).min()) * out)
+
+
+def _seat(place: meshcat.Visualizer, backrest: pin.SE3, size: float) -> None:
+    """A pan under the person, a backrest, a foot to stand on."""
     upright = pin.SE3.Identity()
     for name, centre, half, edge, pose, rgb in (
-        ("backrest", (-0.028, 0.0, 0.33), (0.028, 0.205, 0.325), 0.026, leaning, _CUSHION),
+        ("backrest", (-0.028, 0.0, 0.33), (0.028, 0.205, 0.325), 0.026, backrest, _CUSHION),
         ("pan", (0.105, 0.0, -0.036), (0.275, 0.235, 0.036), 0.030, upright, _CUSHION),
         ("stem", (0.09, 0.0, -0.24), (0.035, 0.07, 0.18), 0.020, upright, _FRAME),
         ("base", (0.09, 0.0, -0.410), (0.16, 0.16, 0.017), 0.016, upright, _FRAME),

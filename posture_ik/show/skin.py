@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 import pinocchio as pin
 from scipy.interpolate import PchipInterpolator
 
@@ -42,6 +44,34 @@ _SQUARENESS = 2.35
 _BACK = (0.25, 0.58)
 
 
+class Ride(NamedTuple):
+    """How the skin rides on the spine.
+
+    Attributes:
+        rest: the skin in the reference shape.
+        lower: for every vertex the level below it, (n,): 0 is the seat, then `SPINE`.
+        share: how far towards the next level, (n,), 0 to 1.
+    """
+
+    rest: Mesh
+    lower: npt.NDArray[np.int64]
+    share: Array
+
+
+def ride(reference: Mapping[str, pin.SE3], girth: float) -> Ride:
+    """Tie each ring of the skin to the two vertebrae it lies between.
+
+    Args:
+        reference: pose of every link in the reference shape, by name.
+        girth: how much wider than the reference subject.
+    """
+    rest, height = _rest(reference, girth)
+    levels = [0.0, *(reference[name].translation[2] for name in SPINE)]
+    place = np.interp(height, levels, np.arange(len(levels)))
+    lower = np.minimum(place.astype(int), len(levels) - 2)
+    return Ride(rest, lower, place - lower)
+
+
 def skin(reference: Mapping[str, pin.SE3], now: Mapping[str, pin.SE3], girth: float) -> Mesh:
     """The skin in a posture: each ring rides on the two vertebrae it lies between.
 
@@ -50,12 +80,10 @@ def skin(reference: Mapping[str, pin.SE3], now: Mapping[str, pin.SE3], girth: fl
         now: the same in the posture.
         girth: how much wider than the reference subject.
     """
-    rest, height = _rest(reference, girth)
+    rest, lower, share = ride(reference, girth)
     levels = [pin.SE3.Identity(), *(reference[name] for name in SPINE)]
     moved = [pin.SE3.Identity(), *(now[name] for name in SPINE)]
-    share = np.interp(height, [level.translation[2] for level in levels], np.arange(len(levels)))
-    lower = np.minimum(share.astype(int), len(levels) - 2)
-    weight = (share - lower)[:, None]
+    weight = share[:, None]
     carried = np.array([(b * a.inverse()).homogeneous for a, b in zip(levels, moved, strict=True)])
     points = np.column_stack([rest.vertices, np.ones(len(rest.vertices))])
     below = np.einsum("nij,nj->ni", carried[lower], points)

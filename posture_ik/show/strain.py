@@ -25,12 +25,12 @@ class Part(NamedTuple):
     Attributes:
         joint: the joints' common name, such as `L4_L5` or `elbow_flexion_r`.
         energy: strain energy of their springs, J.
-        lines: what each degree of freedom does and carries, for people.
+        dofs: their degrees of freedom, in the order of the model.
     """
 
     joint: str
     energy: float
-    lines: tuple[str, ...]
+    dofs: tuple[int, ...]
 
 
 def parts_of(posture: Posture, shown: Set[str]) -> dict[str, Part]:
@@ -50,21 +50,10 @@ def parts_of(posture: Posture, shown: Set[str]) -> dict[str, Part]:
             chain.append(joint - 1)  # joint 0 is the universe; every other has one coordinate
             joint = model.parents[joint]
         if chain:
-            parts[link] = _part(posture, chain[::-1])
+            dofs = chain[::-1]
+            name = _name([posture.body.dofs[i] for i in dofs])
+            parts[link] = Part(name, float(posture.energies[dofs].sum()), tuple(dofs))
     return parts
-
-
-def _part(posture: Posture, chain: list[int]) -> Part:
-    dofs = [posture.body.dofs[i] for i in chain]
-    lines = []
-    for i, dof in zip(chain, dofs, strict=True):
-        moved, load = posture.displacement[i], -posture.prestrain_force[i]
-        what = _what(dof)
-        if dof.endswith("_axial"):
-            lines.append(f"{what} {1e3 * moved:.2f} mm, {load:.1f} N")
-        else:
-            lines.append(f"{what} {np.degrees(moved):.2f}°, {load:.2f} N m")
-    return Part(_name(dofs), float(posture.energies[chain].sum()), tuple(lines))
 
 
 def _name(dofs: list[str]) -> str:
@@ -77,7 +66,7 @@ def _name(dofs: list[str]) -> str:
     return "_".join(shared or words[0]) + side
 
 
-def _what(dof: str) -> str:
+def action(dof: str) -> str:
     """What a degree of freedom does, in words."""
     words = {
         "axial": "stretch",

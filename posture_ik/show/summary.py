@@ -7,7 +7,7 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from posture_ik.posture import Posture
+from posture_ik.posture import Motion, Posture
 
 
 def summary(posture: Posture) -> Group:
@@ -106,4 +106,48 @@ def as_record(posture: Posture) -> dict[str, object]:
         ],
         "active_limits": [limit._asdict() for limit in posture.active_limits],
         "q": dict(zip(posture.body.dofs, posture.q.tolist(), strict=True)),
+    }
+
+
+def motion_summary(motion: Motion) -> Group:
+    """What a motion takes at most, where and when, and how well it respects its tasks."""
+    position, velocity, acceleration = motion.worst_residuals()
+    head = Table(title=motion.problem.title, title_justify="left", show_header=False, box=None)
+    head.add_column(style="dim")
+    head.add_column()
+    head.add_row("motion", f"{motion.time[-1]:g} s in {len(motion.time)} steps")
+    misses = f"{position:.0e} in position, {velocity:.0e} in velocity, {acceleration:.0e} in "
+    head.add_row("tasks missed by", misses + "acceleration (m or rad, per s, per s²)")
+    if motion.redundant:
+        head.add_row("rows implied by others", ", ".join(motion.redundant))
+    table = Table(title="What the joints supply at most", title_justify="left", box=None)
+    for name in ("degree of freedom", "supplies", "at", "moves at most"):
+        table.add_column(name, justify="left" if name.startswith("degree") else "right")
+    peaks = np.abs(motion.tau).max(axis=0) / np.sqrt(motion.postures[0].stiffness)
+    for i in np.argsort(-peaks)[:6]:
+        slide = motion.body.dofs[i].endswith("_axial")
+        when = int(np.abs(motion.tau[:, i]).argmax())
+        fastest = np.abs(motion.v[:, i]).max()
+        table.add_row(
+            motion.body.dofs[i],
+            f"{_number(motion.tau[when, i])} {'N' if slide else 'N m'}",
+            f"{motion.time[when]:.2f} s",
+            f"{1e3 * fastest:.1f} mm/s" if slide else f"{np.degrees(fastest):.1f}°/s",
+        )
+    return Group(head, "", table)
+
+
+def motion_record(motion: Motion) -> dict[str, object]:
+    """The same for machines: plain numbers, SI units in the keys."""
+    position, velocity, acceleration = map(float, motion.worst_residuals())
+    peak = np.abs(motion.tau).max(axis=0)
+    return {
+        "title": motion.problem.title,
+        "duration_s": float(motion.time[-1]),
+        "steps": len(motion.time),
+        "position_residual": position,
+        "velocity_residual": velocity,
+        "acceleration_residual": acceleration,
+        "redundant": list(motion.redundant),
+        "peak_tau": dict(zip(motion.body.dofs, peak.tolist(), strict=True)),
     }

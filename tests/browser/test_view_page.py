@@ -19,9 +19,9 @@ SERVER = """
 from posture_ik.body import build_body
 from posture_ik.posture import solve_posture
 from posture_ik.problem import load_problem
-from posture_ik.show import serve_view
+from posture_ik.show import view
 problem = load_problem("upright")
-serve_view(solve_posture(build_body(problem.subject), problem), browse=False)
+view(solve_posture(build_body(problem.subject), problem), browse=False)
 """
 #: Middle of what is drawn of L3, in pixels of the window.
 MIDDLE_OF_L3 = """

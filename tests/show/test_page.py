@@ -127,7 +127,7 @@ def test_parts_share_out_all_strain_energy(reclined):
         parts = part(posture)
         joints = {p.joint: p for p in parts.values()}  # ribs and shoulder blades share theirs
         assert sum(p.energy for p in joints.values()) == pytest.approx(posture.elastic_energy)
-        assert sum(len(p.lines) for p in joints.values()) == 117
+        assert sum(len(p.dofs) for p in joints.values()) == 117
         assert parts["L4"].joint == "L4_L5"
         assert parts["S1"].joint == "buttocks_S1"
         assert parts["humerus_r"].joint == "shoulder_r"

@@ -3,11 +3,11 @@
 import json
 import re
 from dataclasses import replace
-from html.parser import HTMLParser
 from pathlib import Path
 
 import numpy as np
 import pytest
+from page_tables import Tables
 
 from posture_ik.body import build_body
 from posture_ik.errors import UnwritableOutput
@@ -15,7 +15,8 @@ from posture_ik.posture import Posture, solve_posture
 from posture_ik.problem import load_problem
 from posture_ik.show import write_report
 from posture_ik.show.plots import arm_bars, energy_by_region, spine_bars
-from posture_ik.show.report import number, power, render_report
+from posture_ik.show.report import render_report
+from posture_ik.show.words import number, power
 
 
 def solved(name: str) -> Posture:
@@ -41,34 +42,6 @@ def leaning() -> Posture:
 @pytest.fixture(scope="module")
 def pilot() -> Posture:
     return solved("pilot")
-
-
-class Tables(HTMLParser):
-    """The cells of every table, by the table's id, row by row."""
-
-    def __init__(self, page: str) -> None:
-        super().__init__()
-        self.rows: dict[str, list[list[str]]] = {}
-        self._table, self._inside = "", False
-        self.feed(page)
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        if tag == "table":
-            self._table = dict(attrs)["id"] or ""
-            self.rows[self._table] = []
-        elif tag == "tr":
-            self.rows[self._table].append([])
-        elif tag in ("td", "th"):
-            self.rows[self._table][-1].append("")
-            self._inside = True
-
-    def handle_endtag(self, tag: str) -> None:
-        if tag in ("td", "th"):
-            self._inside = False
-
-    def handle_data(self, data: str) -> None:
-        if self._inside:
-            self.rows[self._table][-1][-1] += data.strip()
 
 
 def value(cell: str) -> float:
