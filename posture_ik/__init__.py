@@ -11,7 +11,15 @@ from posture_ik.exchange import (
     write_urdf,
 )
 from posture_ik.kinematics import Kinematics
-from posture_ik.posture import Motion, Posture, move, solve_posture
+from posture_ik.posture import (
+    InfeasibleReach,
+    Motion,
+    Posture,
+    Trajectory,
+    move,
+    reach,
+    solve_posture,
+)
 from posture_ik.problem import (
     Backrest,
     BackrestContact,
@@ -38,6 +46,7 @@ __all__ = [
     "Hand",
     "Head",
     "InfeasiblePosture",
+    "InfeasibleReach",
     "Kinematics",
     "Lever",
     "Motion",
@@ -50,9 +59,11 @@ __all__ = [
     "Problem",
     "Seat",
     "Subject",
+    "Trajectory",
     "build_body",
     "load_problem",
     "move",
+    "reach",
     "read_posture",
     "show",
     "solve_posture",

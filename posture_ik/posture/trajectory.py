@@ -1,0 +1,206 @@
+"""A motion found by optimal control, with the torques that drive it and its own certificate."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+import pinocchio as pin
+from scipy.integrate import solve_ivp
+
+from posture_ik.arrays import Array
+from posture_ik.body import Body
+from posture_ik.errors import PostureIKError
+from posture_ik.posture.collocation import DEGREE, radau
+
+#: Relative and absolute tolerance of the integration that checks a trajectory.
+_INTEGRATION = 1e-9
+
+
+class InfeasibleReach(PostureIKError):
+    """The tasks at the end can be met, but no motion to them was found."""
+
+    def __init__(self, why: str) -> None:
+        super().__init__(f"no motion to the tasks was found: {why}.")
+
+
+@dataclass(frozen=True, eq=False)
+class Limb:
+    """The joints of a body that move, in the model's order, while all others stay as they are.
+
+    Attributes:
+        body: the whole.
+        joints: names of the n that move; `rows` tells which they are.
+        start: configuration of the whole at the start, (nq,).
+        part: the body with all other joints fixed, n degrees of freedom.
+    """
+
+    body: Body
+    joints: tuple[str, ...]
+    rows: tuple[int, ...]
+    start: Array
+    part: Body
+
+    @classmethod
+    def of(cls, body: Body, joints: tuple[str, ...], start: Array) -> Limb:
+        """Fix all joints of a body but some."""
+        rows = [body.dofs.index(joint) for joint in joints]
+        fixed = [i for i in range(1, body.model.njoints) if i - 1 not in rows]
+        part = replace(
+            body,
+            model=pin.buildReducedModel(body.model, fixed, start),
+            stiffness=body.stiffness[rows],
+            damping=body.damping[rows],
+            q_reference=body.q_reference[rows],
+        )
+        return cls(body, joints, tuple(rows), start, part)
+
+
+class Sample(NamedTuple):
+    """A trajectory at some times: positions, velocities, accelerations and torques, (k, n)."""
+
+    q: Array
+    v: Array
+    a: Array
+    tau: Array
+
+
+class Round(NamedTuple):
+    """One solve on the way to a fine enough mesh; see `Trajectory` for the numbers."""
+
+    intervals: int
+    iterations: int
+    cost: float
+    duration: float
+    defect: float
+    overshoot: float
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """A motion from rest to rest. Arrays run over the n joints that move, in the model's order.
+
+    On each interval q and v are the polynomials through its start and its Radau points, tau and a
+    those through the points alone.
+
+    Attributes:
+        limb: who moves, and which joints.
+        mesh: lengths of the intervals as shares of the duration, (k,).
+        time: 0, then every collocation point, (p,), s.
+        q, v, a: (p, n), m or rad, and per s, per s².
+        tau: (p, n), N or N m, net of springs and dampers: what muscles supply.
+        cost: what was minimised.
+        status, iterations: of IPOPT, on the last mesh.
+        primal: largest overrun of an equation or limit at the points; `dual`: largest component
+            of the Lagrangian's gradient; both as IPOPT left them, recomputed.
+        defect: largest distance, in position or in speed times the interval's length (m, rad),
+            between the end of an interval and where Pinocchio's forward dynamics under tau,
+            integrated by DOP853 from its beginning, arrives.
+        overshoot: largest overrun of a limit between the points, as a share of the limit (of the
+            range, for positions).
+        end_error: largest miss of a task at the end (m, rad) when tau is integrated open loop
+            from the start.
+        rounds: the meshes tried, the last being this one's.
+    """
+
+    limb: Limb
+    mesh: Array
+    time: Array
+    q: Array
+    v: Array
+    a: Array
+    tau: Array
+    cost: float
+    status: str
+    iterations: int
+    primal: float
+    dual: float
+    defect: float
+    overshoot: float
+    end_error: float
+    rounds: tuple[Round, ...]
+
+    @property
+    def duration(self) -> float:
+        """How long it takes, s."""
+        return float(self.time[-1])
+
+    @property
+    def effort(self) -> float:
+        """∫ Σ tau² dt, (N m)² s, by the points' own quadrature."""
+        weights = self.duration * np.kron(self.mesh, radau()[1][-1])
+        return float(weights @ np.sum(self.tau[1:] ** 2, axis=1))
+
+    def at(self, times: Array) -> Sample:
+        """Interpolate at times (k,), s, from 0 to the duration."""
+        edges = self.duration * np.append(0.0, np.cumsum(self.mesh))
+        which = np.clip(np.searchsorted(edges, times, side="left") - 1, 0, len(self.mesh) - 1)
+        share = (times - edges[which]) / (self.duration * self.mesh[which])
+        rows = DEGREE * which[:, None] + np.arange(DEGREE + 1)
+        points = radau()[0]
+        with_start = _lagrange(np.append(0.0, points), share)
+        without = _lagrange(points, share)
+        q, v = ((with_start[:, None] @ each[rows])[:, 0] for each in (self.q, self.v))
+        a, tau = ((without[:, None] @ each[rows[:, 1:]])[:, 0] for each in (self.a, self.tau))
+        return Sample(q, v, a, tau)
+
+    def configurations(self, times: Array) -> Array:
+        """Configurations of the whole body, (k, nq), the joints at rest included."""
+        whole = np.tile(self.limb.start, (len(times), 1))
+        whole[:, self.limb.rows] = self.at(times).q
+        return whole
+
+    def arrive(self, interval: int, state: Array) -> Array:
+        """Integrate tau over one interval with Pinocchio's `aba` and DOP853.
+
+        Args:
+            interval: which, from 0.
+            state: q and v at its beginning, (2 n,).
+
+        Returns:
+            q and v at its end, (2 n,).
+        """
+        length = self.duration * self.mesh[interval]
+        part = self.limb.part
+        data = part.model.createData()
+        rows = slice(DEGREE * interval + 1, DEGREE * (interval + 1) + 1)
+        powers = np.linalg.solve(np.vander(radau()[0]), self.tau[rows])
+        n, exponents = len(self.limb.joints), np.arange(DEGREE)[::-1]
+
+        def rate(time: float, state: Array) -> Array:
+            q, v = state[:n], state[n:]
+            tau = (time / length) ** exponents @ powers
+            passive = part.stiffness * (q - part.q_reference) + part.damping * v
+            return np.concatenate([v, pin.aba(part.model, data, q, v, tau - passive)])
+
+        found = solve_ivp(
+            rate, (0.0, length), state, "DOP853", rtol=_INTEGRATION, atol=_INTEGRATION
+        )
+        end: Array = found.y[:, -1]
+        return end
+
+    def defects(self) -> Array:
+        """The defect of every interval, (k,), m or rad."""
+        states = np.hstack([self.q, self.v])[::DEGREE]
+        missed = [np.abs(self.arrive(k, states[k]) - states[k + 1]) for k in range(len(self.mesh))]
+        position, speed = np.split(np.array(missed), 2, axis=1)
+        lengths = self.duration * self.mesh
+        worst: Array = np.maximum(position.max(axis=1), speed.max(axis=1) * lengths)
+        return worst
+
+    def shoot(self) -> Array:
+        """Integrate tau open loop: q and v at every edge of the mesh, (k + 1, 2 n)."""
+        states = [np.append(self.q[0], self.v[0])]
+        for k in range(len(self.mesh)):
+            states.append(self.arrive(k, states[-1]))
+        return np.array(states)
+
+
+def _lagrange(nodes: Array, at: Array) -> Array:
+    """Values (k, m) of the m Lagrange polynomials of some nodes at k places."""
+    basis = np.ones((len(at), len(nodes)))
+    for i, node in enumerate(nodes):
+        for other in np.delete(nodes, i):
+            basis[:, i] *= (at - other) / (node - other)
+    return basis

@@ -1,0 +1,69 @@
+"""How fast a reach is found: `pytest tests/benchmarks --benchmark-enable`. No time is asserted."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+import posture_ik as pik
+from posture_ik.kinematics import Kinematics
+from posture_ik.posture.collocation import Points
+from posture_ik.posture.control import reach
+from posture_ik.posture.program import Program
+
+Benchmark = Any  # pytest-benchmark's fixture is callable and has no public type
+STRENGTH = {
+    **{"shoulder_flexion_r": 40.0, "shoulder_abduction_r": 40.0, "shoulder_rotation_r": 30.0},
+    **{"elbow_flexion_r": 30.0, "pronation_r": 8.0},
+    **{"wrist_deviation_r": 8.0, "wrist_flexion_r": 8.0},
+}
+
+
+@pytest.fixture(scope="module")
+def body() -> pik.Body:
+    return pik.build_body(pik.Subject())
+
+
+@pytest.fixture(scope="module")
+def to_the_cyclic() -> pik.Problem:
+    hands = [task for task in pik.load_problem("pilot").task if isinstance(task, pik.Hand)]
+    return pik.Problem(task=tuple(hand for hand in hands if hand.side == "right"))
+
+
+def forget() -> None:
+    """Drop every graph built so far."""
+    Kinematics._by_structure.clear()
+    Kinematics._by_model.clear()
+    Program._known.clear()
+    Points._known.clear()
+
+
+@pytest.mark.benchmark(group="reach")
+def test_cold_reach(benchmark: Benchmark, body: pik.Body, to_the_cyclic: pik.Problem) -> None:
+    """Graphs built, then solved."""
+    keywords = {"duration": 1.0}
+    benchmark.pedantic(reach, (body, to_the_cyclic), keywords, setup=forget, rounds=3)
+
+
+@pytest.mark.benchmark(group="reach")
+def test_warm_reach(benchmark: Benchmark, body: pik.Body, to_the_cyclic: pik.Problem) -> None:
+    keywords = {"duration": 1.0}
+    found = benchmark.pedantic(reach, (body, to_the_cyclic), keywords, rounds=3, warmup_rounds=1)
+    benchmark.extra_info["meshes"] = [each.intervals for each in found.rounds]
+    assert found.end_error < 1e-3
+
+
+@pytest.mark.benchmark(group="reach")
+def test_reach_in_free_time(
+    benchmark: Benchmark, body: pik.Body, to_the_cyclic: pik.Problem
+) -> None:
+    benchmark.pedantic(reach, (body, to_the_cyclic), rounds=3, warmup_rounds=1)
+
+
+@pytest.mark.benchmark(group="reach")
+def test_reach_in_least_time(
+    benchmark: Benchmark, body: pik.Body, to_the_cyclic: pik.Problem
+) -> None:
+    keywords = {"cost": "time", "torque": STRENGTH}
+    benchmark.pedantic(reach, (body, to_the_cyclic), keywords, rounds=3, warmup_rounds=1)
