@@ -9,8 +9,7 @@ import pytest
 from test_kinematics import random_tree
 
 import posture_ik as pik
-from posture_ik.dynamics import inverse_dynamics
-from posture_ik.kinematics import Kinematics
+from posture_ik.kinematics import Kinematics, inverse_dynamics
 
 # Both sides do the same sums in double precision, relative to the largest force in the tree.
 TOLERANCE = 1e-10

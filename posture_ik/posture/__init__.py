@@ -2,7 +2,8 @@
 
 from posture_ik.posture.control import reach
 from posture_ik.posture.motion import Motion, move
-from posture_ik.posture.result import ActiveLimit, Certificate, Posture, Wrench
+from posture_ik.posture.pieces import ActiveLimit, Certificate, Prestrain, Wrench
+from posture_ik.posture.result import Posture
 from posture_ik.posture.solve import solve_posture
 from posture_ik.posture.trajectory import InfeasibleReach, Trajectory
 
@@ -12,6 +13,7 @@ __all__ = [
     "InfeasibleReach",
     "Motion",
     "Posture",
+    "Prestrain",
     "Trajectory",
     "Wrench",
     "move",

@@ -27,8 +27,7 @@ import numpy as np
 import numpy.typing as npt
 
 from posture_ik.arrays import Array
-from posture_ik.dynamics import inverse_dynamics
-from posture_ik.kinematics import Kinematics
+from posture_ik.kinematics import Kinematics, inverse_dynamics
 from posture_ik.posture.tasks import Constraint
 
 Mask: TypeAlias = npt.NDArray[np.bool_]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +14,7 @@ from scipy.linalg import eigh, eigvalsh, qr
 from posture_ik.arrays import Array
 from posture_ik.body import Body
 from posture_ik.kinematics import frame_poses
+from posture_ik.posture.pieces import ActiveLimit, Certificate, Prestrain, Wrench
 from posture_ik.posture.statement import Statement
 from posture_ik.posture.tasks import Constraint
 from posture_ik.problem import Problem
@@ -22,53 +22,6 @@ from posture_ik.problem import Problem
 #: A limit or a contact counts as active where it carries more than this share of the largest
 #: scaled spring force: well above the solver's 1e-11, well below anything that matters.
 _ACTIVE = 1e-6
-
-
-class Wrench(NamedTuple):
-    """What acts on the person, in the world's axes: force (N) at a point (m) and moment (N m)."""
-
-    label: str
-    force: Array
-    moment: Array
-    point: Array
-
-
-class Prestrain(NamedTuple):
-    """Relative displacement (n,) m or rad and force (n,) N or N m of each joint's spring."""
-
-    displacement: Array
-    force: Array
-
-
-class ActiveLimit(NamedTuple):
-    """A joint at its limit and what the limit carries: N for a stretch, N m for a turn."""
-
-    dof: str
-    side: str
-    value: float
-    load: float
-
-
-class Certificate(NamedTuple):
-    """The numbers that say whether a posture can be trusted, and the verdict.
-
-    `primal`: largest miss of a task or overrun of a limit (m, rad). `dual`: largest component of
-    the Lagrangian's gradient in the springs' norm, relative to the largest spring force (at least
-    1 √J). `curvature`: least eigenvalue of the Hessian on the directions left free, in the
-    springs' norm: 1 for springs alone, above 0 for a minimum. `rank`: independent equations among
-    those that hold, of `held`.
-    """
-
-    primal: float
-    dual: float
-    curvature: float
-    rank: int
-    held: int
-
-    @property
-    def holds(self) -> bool:
-        """Whether tasks are met to 1e-9, the gradient vanishes to 1e-8, and it is a minimum."""
-        return self.primal <= 1e-9 and self.dual <= 1e-8 and self.curvature > 0.0
 
 
 @dataclass(frozen=True)

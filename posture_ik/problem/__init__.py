@@ -18,11 +18,10 @@ from posture_ik.problem.blocks import (
     Seat,
     Subject,
     Task,
-    number_at,
     task_label,
-    with_numbers,
 )
 from posture_ik.problem.load import example_problems, load_problem
+from posture_ik.problem.paths import number_at, with_numbers
 
 __all__ = [
     "COMPONENTS",

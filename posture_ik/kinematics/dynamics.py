@@ -18,7 +18,8 @@ from collections.abc import Iterator
 
 import casadi as ca
 
-from posture_ik.kinematics import Kinematics, _Joint
+from posture_ik.kinematics.joints import Joint
+from posture_ik.kinematics.twin import Kinematics
 
 _RATES = {"translation": 3, "planar": 3, "spherical": 3, "freeflyer": 6}
 
@@ -42,7 +43,7 @@ def inverse_dynamics(kinematics: Kinematics, velocity: ca.SX, acceleration: ca.S
         for motion in kinematics.motions
     ]
     k = 0
-    for parent, joint in zip(kinematics.parents[1:], kinematics._structure.joints, strict=True):
+    for parent, joint in zip(kinematics.parents[1:], kinematics.structure.joints, strict=True):
         w, v, alpha, a = (each[parent] for each in (spin, drift, turn, pull))
         for size in _stages(joint):
             rates = range(k, k + size)
@@ -57,7 +58,7 @@ def inverse_dynamics(kinematics: Kinematics, velocity: ca.SX, acceleration: ca.S
             each.append(value)
 
     force, moment = [zero] * len(spin), [zero] * len(spin)
-    for i, mass, lever, inertia in kinematics._bodies:
+    for i, mass, lever, inertia in kinematics.inertias:
         rotation, position = kinematics.joint_poses[i]
         c = position + rotation @ lever
         w, alpha = rotation.T @ spin[i], rotation.T @ turn[i]
@@ -77,7 +78,7 @@ def inverse_dynamics(kinematics: Kinematics, velocity: ca.SX, acceleration: ca.S
     )
 
 
-def _stages(joint: _Joint) -> Iterator[int]:
+def _stages(joint: Joint) -> Iterator[int]:
     """Degrees of freedom of a joint, part by part: each part rides on the one before it."""
     for _, part in joint.parts:
         yield from _stages(part)

@@ -13,9 +13,8 @@ point p carried by it has the velocity a_k + w_k x (p - o_k). Jacobians, mass ma
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple
+from typing import ClassVar
 from weakref import WeakKeyDictionary
 
 import casadi as ca
@@ -23,162 +22,25 @@ import numpy as np
 import pinocchio as pin
 
 from posture_ik.arrays import Array
-from posture_ik.errors import PostureIKError, UnsupportedJoint, nearest
-
-
-class Pose(NamedTuple):
-    """A frame in the world: `rotation` (3x3) and `position` (3, m), CasADi SX."""
-
-    rotation: ca.SX
-    position: ca.SX
-
-
-class Motion(NamedTuple):
-    """One degree of freedom: a unit rate moves a point p at linear + angular x (p - origin)."""
-
-    angular: ca.SX
-    linear: ca.SX
-    origin: ca.SX
-
-
-_AXES = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
-_SUPPORTED = (
-    "revolute",
-    "continuous",
-    "prismatic",
-    "translation",
-    "planar",
-    "spherical",
-    "free-flyer",
-    "composite",
-    "fixed",
+from posture_ik.errors import PostureIKError, nearest
+from posture_ik.kinematics.joints import (
+    Joint,
+    Motion,
+    Pose,
+    compose,
+    joint_motion,
+    move,
+    read_joint,
+    size,
 )
 
 
 @dataclass(frozen=True)
-class _Joint:
-    """What the graph must know of a joint: its kind, its axis, and the parts of a composite."""
-
-    kind: str
-    axis: tuple[float, ...] = (0.0, 0.0, 0.0)
-    parts: tuple[tuple[bytes, _Joint], ...] = ()
-
-
-def _read_joint(joint: Any, name: str) -> _Joint:
-    """Tell a Pinocchio joint's kind and axis from its type's name."""
-    short = joint.shortname().removeprefix("JointModel")
-    match short:
-        case "RX" | "RY" | "RZ":
-            return _Joint("revolute", _AXES[short[-1]])
-        case "PX" | "PY" | "PZ":
-            return _Joint("prismatic", _AXES[short[-1]])
-        case "RUBX" | "RUBY" | "RUBZ":
-            return _Joint("continuous", _AXES[short[-1]])
-        case "RevoluteUnaligned" | "RevoluteUnboundedUnaligned":
-            kind = "continuous" if "Unbounded" in short else "revolute"
-            return _Joint(kind, _slanted_axis(joint)[3:])
-        case "PrismaticUnaligned":
-            return _Joint("prismatic", _slanted_axis(joint)[:3])
-        case "Spherical" | "FreeFlyer" | "Translation" | "Planar":
-            return _Joint(short.lower())
-        case "Composite":
-            composite = joint.extract() if hasattr(joint, "extract") else joint
-            return _Joint(
-                "composite",
-                parts=tuple(
-                    (placement.homogeneous.tobytes(), _read_joint(part, name))
-                    for placement, part in zip(
-                        composite.jointPlacements, composite.joints, strict=True
-                    )
-                ),
-            )
-    raise UnsupportedJoint(name, short, _SUPPORTED)
-
-
-def _slanted_axis(joint: Any) -> tuple[float, ...]:
-    """The joint's motion subspace (6,), linear first: not every type gives its axis by name."""
-    data = joint.createData()
-    joint.calc(data, np.eye(joint.nq)[0])
-    return tuple(float(value) for value in np.asarray(data.S).ravel())
-
-
-def _rotation(axis: Sequence[float], cosine: ca.SX, sine: ca.SX) -> ca.SX:
-    """Rodrigues' formula about a unit axis, (3, 3)."""
-    a = ca.SX(ca.DM(axis))
-    return cosine * ca.SX.eye(3) + sine * ca.skew(a) + (1 - cosine) * (a @ a.T)
-
-
-def _quaternion(q: ca.SX) -> ca.SX:
-    """Rotation of a unit quaternion stored x, y, z, w as Pinocchio stores it, (3, 3)."""
-    skew = ca.skew(q[:3])
-    return ca.SX.eye(3) + 2 * q[3] * skew + 2 * skew @ skew
-
-
-def _joint_motion(joint: _Joint, q: ca.SX) -> tuple[Pose, list[Motion]]:
-    """The pose across a joint and its degrees of freedom, seen from before the joint."""
-    zero, eye = ca.SX.zeros(3), ca.SX.eye(3)
-    axis = ca.SX(ca.DM(joint.axis))
-    match joint.kind:
-        case "revolute":
-            rotation = _rotation(joint.axis, ca.cos(q[0]), ca.sin(q[0]))
-            return Pose(rotation, zero), [Motion(axis, zero, zero)]
-        case "continuous":
-            return Pose(_rotation(joint.axis, q[0], q[1]), zero), [Motion(axis, zero, zero)]
-        case "prismatic":
-            return Pose(eye, axis * q[0]), [Motion(zero, axis, zero)]
-        case "translation":
-            return Pose(eye, q), [Motion(zero, eye[:, k], zero) for k in range(3)]
-        case "planar":
-            rotation = _rotation(_AXES["Z"], q[2], q[3])
-            position = ca.vertcat(q[0], q[1], 0)
-            slides = [Motion(zero, rotation[:, k], position) for k in range(2)]
-            return Pose(rotation, position), [*slides, Motion(eye[:, 2], zero, position)]
-        case "spherical":
-            rotation = _quaternion(q)
-            return Pose(rotation, zero), [Motion(rotation[:, k], zero, zero) for k in range(3)]
-        case "freeflyer":
-            rotation, position = _quaternion(q[3:]), q[:3]
-            slides = [Motion(zero, rotation[:, k], position) for k in range(3)]
-            turns = [Motion(rotation[:, k], zero, position) for k in range(3)]
-            return Pose(rotation, position), slides + turns
-    pose, motions = Pose(eye, zero), []
-    start = 0
-    for placement, part in joint.parts:
-        homogeneous = np.frombuffer(placement).reshape(4, 4)
-        pose = _compose(pose, Pose(ca.SX(homogeneous[:3, :3]), ca.SX(homogeneous[:3, 3])))
-        across, part_motions = _joint_motion(part, q[start:])
-        motions += [_move(motion, pose) for motion in part_motions]
-        pose = _compose(pose, across)
-        start += _size(part)
-    return pose, motions
-
-
-def _size(joint: _Joint) -> int:
-    """Number of configuration coordinates of a joint."""
-    sizes = {"continuous": 2, "translation": 3, "planar": 4, "spherical": 4, "freeflyer": 7}
-    if joint.kind == "composite":
-        return sum(_size(part) for _, part in joint.parts)
-    return sizes.get(joint.kind, 1)
-
-
-def _compose(first: Pose, second: Pose) -> Pose:
-    return Pose(first.rotation @ second.rotation, first.position + first.rotation @ second.position)
-
-
-def _move(motion: Motion, pose: Pose) -> Motion:
-    return Motion(
-        pose.rotation @ motion.angular,
-        pose.rotation @ motion.linear,
-        pose.position + pose.rotation @ motion.origin,
-    )
-
-
-@dataclass(frozen=True)
-class _Structure:
+class Structure:
     """What two models must share to share a graph; hashable, the key of the cache."""
 
     parents: tuple[int, ...]
-    joints: tuple[_Joint, ...]
+    joints: tuple[Joint, ...]
     turned: tuple[bool, ...]
     shifted: tuple[bool, ...]
     heavy: tuple[bool, ...]
@@ -193,10 +55,11 @@ def _shifted(placement: pin.SE3) -> bool:
     return bool(np.any(placement.translation))
 
 
-def _structure(model: pin.Model) -> _Structure:
-    return _Structure(
+def read_structure(model: pin.Model) -> Structure:
+    """Read off a model what its graph depends on."""
+    return Structure(
         parents=tuple(model.parents),
-        joints=tuple(_read_joint(model.joints[i], model.names[i]) for i in range(1, model.njoints)),
+        joints=tuple(read_joint(model.joints[i], model.names[i]) for i in range(1, model.njoints)),
         turned=tuple(_turned(placement) for placement in model.jointPlacements),
         shifted=tuple(_shifted(placement) for placement in model.jointPlacements),
         heavy=tuple(inertia.mass > 0 for inertia in model.inertias),
@@ -216,9 +79,12 @@ class Kinematics:
         joint_poses: pose of each joint in the world, the universe first.
         motions: each degree of freedom in the world, in the order of the velocity, length nv.
         carriers: the joint that each degree of freedom belongs to.
+        inertias: joint, mass, centre of mass and inertia about it of each body with mass, symbols
+            in the joint's frame.
+        structure: what the graph was built for.
     """
 
-    _by_structure: ClassVar[dict[_Structure, Kinematics]] = {}
+    _by_structure: ClassVar[dict[Structure, Kinematics]] = {}
     _by_model: ClassVar[WeakKeyDictionary[pin.Model, Kinematics]] = WeakKeyDictionary()
 
     @classmethod
@@ -233,17 +99,17 @@ class Kinematics:
                 translation, planar, spherical, free-flyer and composites of these.
         """
         if model not in cls._by_model:
-            structure = _structure(model)
+            structure = read_structure(model)
             if structure not in cls._by_structure:
                 cls._by_structure[structure] = cls(structure)
             cls._by_model[model] = cls._by_structure[structure]
         return cls._by_model[model]
 
-    def __init__(self, structure: _Structure) -> None:
-        self._structure = structure
+    def __init__(self, structure: Structure) -> None:
+        self.structure = structure
         self._symbols: list[ca.SX] = []
         self.parents = structure.parents
-        sizes = [_size(joint) for joint in structure.joints]
+        sizes = [size(joint) for joint in structure.joints]
         self.q = ca.SX.sym("q", sum(sizes))
         self.joint_poses = [Pose(ca.SX.eye(3), ca.SX.zeros(3))]
         self.motions: list[Motion] = []
@@ -253,10 +119,10 @@ class Kinematics:
             base = self._place(
                 self.joint_poses[self.parents[i]], structure.turned[i], structure.shifted[i]
             )
-            across, motions = _joint_motion(joint, self.q[start : start + sizes[i - 1]])
-            self.motions += [_move(motion, base) for motion in motions]
+            across, motions = joint_motion(joint, self.q[start : start + sizes[i - 1]])
+            self.motions += [move(motion, base) for motion in motions]
             self.carriers += [i] * len(motions)
-            self.joint_poses.append(_compose(base, across))
+            self.joint_poses.append(compose(base, across))
             start += sizes[i - 1]
         self._frames = {
             name: self._place(self.joint_poses[parent], turned, shifted)
@@ -264,7 +130,7 @@ class Kinematics:
         }
         self._frame_parents = {name: parent for name, parent, _, _ in structure.frames}
         heavy = [i for i, is_heavy in enumerate(structure.heavy) if is_heavy]
-        self._bodies = [
+        self.inertias = [
             (i, self._symbol("m", 1), self._symbol("c", 3), self._symbol("I", 3, 3)) for i in heavy
         ]
         self.gravity = self._symbol("g", 3)
@@ -286,7 +152,7 @@ class Kinematics:
 
     def values(self, model: pin.Model) -> Array:
         """Read the parameter vector (np,) off a model of this structure."""
-        structure = self._structure
+        structure = self.structure
         numbers: list[Array] = []
 
         def place(placement: pin.SE3, turned: bool, shifted: bool) -> None:
@@ -299,7 +165,7 @@ class Kinematics:
             place(model.jointPlacements[i], structure.turned[i], structure.shifted[i])
         for frame, (_, _, turned, shifted) in zip(model.frames, structure.frames, strict=True):
             place(frame.placement, turned, shifted)
-        for i, *_ in self._bodies:
+        for i, *_ in self.inertias:
             inertia = model.inertias[i]
             numbers += [np.array([inertia.mass]), inertia.lever, inertia.inertia.T.ravel()]
         numbers.append(model.gravity.linear)
@@ -352,7 +218,7 @@ class Kinematics:
 
     def bodies(self) -> list[tuple[int, ca.SX, ca.SX]]:
         """Joint, mass (kg) and centre of mass in the joint's frame (m) of each body with mass."""
-        return [(i, mass, lever) for i, mass, lever, _ in self._bodies]
+        return [(i, mass, lever) for i, mass, lever, _ in self.inertias]
 
     def centre_of_mass(self) -> ca.SX:
         """Centre of mass of the whole tree, (3,), m."""
@@ -378,7 +244,7 @@ class Kinematics:
         mass = [ca.SX(0)] * n
         first = [ca.SX.zeros(3)] * n
         second = [ca.SX.zeros(3, 3)] * n
-        for i, m, lever, inertia in self._bodies:
+        for i, m, lever, inertia in self.inertias:
             rotation = self.joint_poses[i].rotation
             c = self._point(i, lever)
             mass[i], first[i] = m, m * c
