@@ -21,7 +21,6 @@ from posture_ik.problem import Problem, example_problems, load_problem
 from posture_ik.show import view as serve
 from posture_ik.show import (
     write_motion_report,
-    write_motion_view,
     write_report,
     write_view,
 )
@@ -185,11 +184,9 @@ def _move(body: Body, problem: Problem, quiet: bool) -> Motion:
 def _draw(posture: Posture, motion: Motion | None, folder: Path) -> None:
     """Write the pages: of a motion its own report too, and the 3D page plays."""
     write_report(posture, folder / "report.html")
-    if motion is None:
-        write_view(posture, folder / "view.html")
-    else:
+    if motion is not None:
         write_motion_report(motion, folder / "motion.html")
-        write_motion_view(motion, folder / "view.html")
+    write_view(motion or posture, folder / "view.html")
 
 
 def _pages(folder: Path, motion: Motion | None) -> str:

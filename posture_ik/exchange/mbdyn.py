@@ -248,12 +248,9 @@ def _joint(posture: Posture, bushing: Bushing, i: int, labels: Mapping[str, str]
 
 def _forces(posture: Posture, nodes: Mapping[int, str], labels: Mapping[str, str]) -> Iterator[str]:
     """A force and a couple for every frame that a task holds, on the body that carries it."""
-    statement = posture.statement
-    weights = np.append(posture.multipliers, 1.0)
-    parts = statement.program.wrenches(posture.q, statement.parameters, weights).full()
     held = [(task.label, name) for task in posture.constraints for name in task.frames]
-    wrenches = parts.T.reshape(-1, 3, 3)
-    for i, ((task, name), (push, turn, at)) in enumerate(zip(held, wrenches, strict=True)):
+    pairs = zip(held, posture.frame_wrenches, strict=True)
+    for i, ((task, name), (push, turn, at)) in enumerate(pairs):
         joint = link_frame(posture.body, name).parentJoint
         if joint == 0:
             continue  # a frame of the seat: the clamp holds it

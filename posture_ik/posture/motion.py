@@ -30,7 +30,7 @@ from posture_ik.kinematics import Kinematics, frame_poses
 from posture_ik.posture.projection import Projection, task_rates
 from posture_ik.posture.result import Posture
 from posture_ik.posture.solve import solve_posture
-from posture_ik.problem import Problem, with_numbers
+from posture_ik.problem import BackrestContact, Problem, with_numbers
 
 
 @dataclass(frozen=True)
@@ -151,6 +151,8 @@ def move(body: Body, problem: Problem, on_step: Callable[[int, int], None] | Non
     """
     if problem.motion is None:
         raise BadProblem("motion", "is missing; say under [motion] how long to move, and what")
+    if any(isinstance(task, BackrestContact) for task in problem.task):
+        raise BadProblem("task", "a backrest_contact cannot move; hold the back by a backrest")
     times = problem.motion.times
     signals = problem.motion.signal
     names = [signal.of for signal in signals]
@@ -164,8 +166,6 @@ def move(body: Body, problem: Problem, on_step: Callable[[int, int], None] | Non
             postures.append(solve_posture(body, still, postures[-1].q if postures else None))
         except (InfeasiblePosture, PostureNotFound) as error:
             raise MotionStopped(float(times[k]), error) from error
-        if postures[0].statement.program.one_sided.any():
-            raise BadProblem("task", "a backrest_contact cannot move; hold the back by a backrest")
         if on_step:
             on_step(k + 1, len(times))
 

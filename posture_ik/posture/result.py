@@ -118,7 +118,7 @@ class Posture:
     @cached_property
     def wrenches(self) -> tuple[Wrench, ...]:
         """Resultant of each task on the person, at the frame held or the mean of those held."""
-        parts = self._frame_wrenches
+        parts = self.frame_wrenches
         wrenches = []
         start = 0
         for constraint in self.constraints:
@@ -138,7 +138,7 @@ class Posture:
         for constraint in self.constraints:
             for k, frame in enumerate(constraint.frames):
                 if constraint.one_sided and -self.multipliers[row + k] > _ACTIVE:
-                    contacts.append(Wrench(frame, *self._frame_wrenches[start + k]))
+                    contacts.append(Wrench(frame, *self.frame_wrenches[start + k]))
             row += len(constraint.rows)
             start += len(constraint.frames)
         return tuple(contacts)
@@ -156,7 +156,7 @@ class Posture:
         pin.framesForwardKinematics(model, data, self.q)
         outer = [pin.Force.Zero() for _ in range(model.njoints)]
         names = [frame for constraint in self.constraints for frame in constraint.frames]
-        for name, (force, moment, point) in zip(names, self._frame_wrenches, strict=True):
+        for name, (force, moment, point) in zip(names, self.frame_wrenches, strict=True):
             joint = model.frames[model.getFrameId(name)].parentJoint
             wrench = pin.SE3(np.eye(3), point).act(pin.Force(force, moment))
             outer[joint] += data.oMi[joint].actInv(wrench)
@@ -338,7 +338,7 @@ class Posture:
         return missed
 
     @cached_property
-    def _frame_wrenches(self) -> Array:
+    def frame_wrenches(self) -> Array:
         """Force, moment and point of each constraint on each frame it holds, (frames, 3, 3)."""
         weights = np.append(self.multipliers, 1.0)
         parts = self.statement.program.wrenches(self.q, self.statement.parameters, weights)

@@ -49,30 +49,20 @@ class _Recorder:
         self.commands.append(base64.b64encode(umsgpack.packb(command.lower())).decode("ascii"))
 
 
-def write_view(posture: Posture, path: Path) -> None:
-    """Write a posture as one HTML file that opens in any browser, without any network.
+def write_view(shown: Posture | Motion, path: Path) -> None:
+    """Write one HTML file that opens in any browser, without any network.
 
     Args:
-        posture: what to show.
+        shown: a posture, or a motion to play.
         path: of the file; it is written whole or not at all.
 
     Raises:
         UnwritableOutput: the file cannot be written.
     """
-    _write(posture, path)
-
-
-def write_motion_view(motion: Motion, path: Path) -> None:
-    """Write a motion as one HTML file that plays in any browser, without any network.
-
-    Args:
-        motion: what to show.
-        path: of the file; it is written whole or not at all.
-
-    Raises:
-        UnwritableOutput: the file cannot be written.
-    """
-    _write(motion, path)
+    recorder = _Recorder()
+    _draw(meshcat.Visualizer(window=recorder), shown)
+    with whole_file(path) as scratch:
+        scratch.write_text(_page(shown, recorder.commands), encoding="utf-8")
 
 
 def view(shown: Posture | Motion, browse: bool = True) -> None:
@@ -108,13 +98,6 @@ class _PageHandler(tornado.web.RequestHandler):
 
     def get(self) -> None:
         self.finish(self.page)
-
-
-def _write(shown: Posture | Motion, path: Path) -> None:
-    recorder = _Recorder()
-    _draw(meshcat.Visualizer(window=recorder), shown)
-    with whole_file(path) as scratch:
-        scratch.write_text(_page(shown, recorder.commands), encoding="utf-8")
 
 
 def _draw(visualizer: meshcat.Visualizer, shown: Posture | Motion) -> None:

@@ -13,7 +13,7 @@ from playwright.sync_api import Browser, Page
 from posture_ik.body import build_body
 from posture_ik.posture import Motion, move
 from posture_ik.problem import load_problem
-from posture_ik.show import write_motion_report, write_motion_view
+from posture_ik.show import write_motion_report, write_view
 
 SERVER = """
 from posture_ik.body import build_body
@@ -36,7 +36,7 @@ def sweep() -> Motion:
 @pytest.fixture(scope="module")
 def view(sweep: Motion, tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("view") / "view.html"
-    write_motion_view(sweep, path)
+    write_view(sweep, path)
     return path
 
 

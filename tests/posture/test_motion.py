@@ -135,7 +135,7 @@ def test_forward_dynamics_gives_the_acceleration_back(body: pik.Body, nod: Motio
         pin.framesForwardKinematics(model, data, nod.q[k])
         outer = [pin.Force.Zero() for _ in range(model.njoints)]
         names = [frame for c in posture.constraints for frame in c.frames]
-        for name, wrench in zip(names, posture._frame_wrenches, strict=True):
+        for name, wrench in zip(names, posture.frame_wrenches, strict=True):
             frame = model.frames[model.getFrameId(name)]
             at = pin.SE3(np.eye(3), posture.frames[name].translation)
             outer[frame.parentJoint] += data.oMi[frame.parentJoint].actInv(
@@ -168,7 +168,7 @@ def test_power_is_the_rate_of_energy(body: pik.Body, nod: Motion) -> None:
         pin.computeJointJacobians(model, data, q)
         pin.framesForwardKinematics(model, data, q)
         names = [frame for c in posture.constraints for frame in c.frames]
-        for name, wrench in zip(names, posture._frame_wrenches, strict=True):
+        for name, wrench in zip(names, posture.frame_wrenches, strict=True):
             jacobian = pin.getFrameJacobian(
                 model, data, model.getFrameId(name), pin.LOCAL_WORLD_ALIGNED
             )

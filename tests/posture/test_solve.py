@@ -195,7 +195,7 @@ def test_holding_forces_balance_the_springs_by_virtual_work(
     if posture.problem.posture.gravity:
         total -= pin.computeGeneralizedGravity(model, data, posture.q)
     names = [frame for constraint in posture.constraints for frame in constraint.frames]
-    for frame, wrench in zip(names, posture._frame_wrenches, strict=True):
+    for frame, wrench in zip(names, posture.frame_wrenches, strict=True):
         index = model.getFrameId(frame)
         jacobian = pin.getFrameJacobian(model, data, index, pin.LOCAL_WORLD_ALIGNED)
         total += jacobian.T @ wrench[:2].ravel()

@@ -13,7 +13,7 @@ from posture_ik.body.scaling import Scale
 from posture_ik.errors import UnwritableOutput
 from posture_ik.kinematics import frame_poses
 from posture_ik.problem import SPINE
-from posture_ik.show import write_motion_view
+from posture_ik.show import write_view
 from posture_ik.show.arrows import arrows, turns
 from posture_ik.show.looks import looks_of
 from posture_ik.show.moving import (
@@ -42,7 +42,7 @@ def played(sweep):
 @pytest.fixture(scope="module")
 def page(sweep, tmp_path_factory):
     path = tmp_path_factory.mktemp("view") / "view.html"
-    write_motion_view(sweep, path)
+    write_view(sweep, path)
     return path.read_text(encoding="utf-8")
 
 
@@ -162,5 +162,5 @@ def test_page_is_whole_small_and_needs_nothing_from_outside(page, sweep):
 def test_unwritable_place_is_told_and_left_alone(sweep, tmp_path):
     (tmp_path / "file").write_text("kept")
     with pytest.raises(UnwritableOutput):
-        write_motion_view(sweep, tmp_path / "file" / "view.html")
+        write_view(sweep, tmp_path / "file" / "view.html")
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
