@@ -143,6 +143,28 @@ BAD = {
         changed("task.hand.lever=cyclc", name="pilot_cyclic"),
         "no lever called 'cyclc'; did you mean 'cyclic'",
     ),
+    "lever that follows nobody": (
+        changed(
+            "task.hand={ kind='hand', side='right', position=[0.36,0,0.29] }", name="pilot_push"
+        ),
+        "lever.cyclic follows no hand",
+    ),
+    "lever that follows half a hand": (
+        changed("task.hand.components=['x', 'y']", name="pilot_push"),
+        "right hand must hold x, y and z of lever.cyclic, which follows it",
+    ),
+    "lever that follows and is moved": (
+        changed("motion.signal.1.of=lever.cyclic.fore_aft_deg", name="pilot_push"),
+        "cannot move: lever.cyclic follows the hand",
+    ),
+    "lever that follows by an unknown angle": (
+        changed("lever.cyclic.follows=['sideways']", name="pilot_push"),
+        "lever.cyclic.follows.*'fore_aft' or 'lateral'",
+    ),
+    "lever without a spring": (
+        changed("lever.cyclic.stiffness=0", name="pilot_push"),
+        "lever.cyclic.stiffness = 0: .*greater than 0",
+    ),
     # the motion
     "nothing moves": (command("move", "upright"), "motion: is missing"),
     "signal of nothing": (

@@ -58,7 +58,7 @@ class Bushing(NamedTuple):
 
 
 def link_inertias(body: Body) -> dict[str, pin.Inertia]:
-    """Inertia of every link with mass, about its centre, in the link's axes: the URDF's own."""
+    """Inertia of every link with mass, and of levers, about its centre, in the link's axes."""
     found = {}
     for link in ET.fromstring(body.urdf).findall("link"):
         inertial = link.find("inertial")
@@ -75,6 +75,10 @@ def link_inertias(body: Body) -> dict[str, pin.Inertia]:
         found[link.attrib["name"]] = pin.Inertia(
             float(numbers["value"]), centre, turn @ tensor @ turn.T
         )
+    model = body.model
+    for joint, dof in enumerate(body.dofs, 1):  # levers are no links of the URDF
+        if dof.startswith("lever_") and model.inertias[joint].mass > 0.0:
+            found[dof.rpartition("_")[0].removesuffix("_fore")] = model.inertias[joint]
     return found
 
 

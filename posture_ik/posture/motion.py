@@ -8,7 +8,8 @@ dampers,
     tau = M a + h(q, v) + K (q - q_ergo) + C v + Jᵀ lambda,
 
 where the tasks' reactions lambda are those that leave the joints least to do, tauᵀ K^-1 tau: at
-rest they are the posture's own multipliers and tau is zero.
+rest they are the posture's own multipliers and tau is zero. Levers that follow the hand have
+nothing to supply: their tau is zero always.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ import numpy as np
 import numpy.typing as npt
 import pinocchio as pin
 import xarray as xr
+from scipy.linalg import null_space
 
 from posture_ik.arrays import Array
 from posture_ik.body import Body
@@ -169,6 +171,7 @@ def move(body: Body, problem: Problem, on_step: Callable[[int, int], None] | Non
         if on_step:
             on_step(k + 1, len(times))
 
+    body = postures[0].body  # with the levers that follow
     kinematics = Kinematics.of(body.model)
     reference = frame_poses(body.model, body.q_reference)
     rates_of, drift_of = task_rates(kinematics, reference, problem, names)
@@ -187,7 +190,7 @@ def move(body: Body, problem: Problem, on_step: Callable[[int, int], None] | Non
         a = projection(a_guess[k], drift)[0]
         torque, limit, multipliers = dynamics.share(posture, v, a, jacobian)
         held = replace(posture, multipliers=multipliers, limit_multipliers=limit)
-        seat = dynamics.seat(held, v, a)
+        seat = dynamics.seat(held)
         misses = [posture.misses, jacobian @ v + moved, jacobian @ a + drift]
         steps.append((held, v, a, torque, limit, misses, *seat, projection.dependent))
     held, v, a, torque, limit, misses, seat_force, seat_moment, dependent = zip(*steps, strict=True)
@@ -238,6 +241,7 @@ class _Dynamics:
         if not gravity:
             self.model.gravity = pin.Motion.Zero()
         self.data = self.model.createData()
+        self.levers = np.array([dof.startswith("lever_") for dof in body.dofs])
 
     def mass_matrix(self, q: Array) -> Array:
         """M (n, n)."""
@@ -257,19 +261,22 @@ class _Dynamics:
         asked = pin.rnea(self.model, self.data, posture.q, v, a)
         asked = asked - posture.prestrain_force + self.body.damping * v
         free, scale = ~posture.at_limit, np.sqrt(posture.stiffness)
-        columns = jacobian[:, free].T / scale[free, None]
-        multipliers: Array = np.linalg.lstsq(columns, -asked[free] / scale[free], rcond=1e-9)[0]
+        able, idle = free & ~self.levers, free & self.levers
+        basis = null_space(jacobian[:, idle].T)
+        multipliers: Array = np.linalg.lstsq(jacobian[:, idle].T, -asked[idle], rcond=None)[0]
+        left = -(asked + jacobian.T @ multipliers)[able] / scale[able]
+        columns = jacobian[:, able].T @ basis / scale[able, None]
+        multipliers = multipliers + basis @ np.linalg.lstsq(columns, left, rcond=1e-9)[0]
         tau = asked + jacobian.T @ multipliers
         return np.where(free, tau, 0.0), np.where(free, 0.0, -tau), multipliers
 
-    def seat(self, posture: Posture, v: Array, a: Array) -> tuple[Array, Array]:
-        """Force and moment (3,) of the seat about the origin: momentum's rate less all else."""
-        model, data, q = self.model, self.data, posture.q
-        rate = pin.computeCentroidalMomentumTimeVariation(model, data, q, v, a)
-        centre = data.com[0]
-        weight = data.mass[0] * model.gravity.linear
-        force = rate.linear - weight
-        moment = rate.angular + np.cross(centre, rate.linear - weight)
+    def seat(self, posture: Posture) -> tuple[Array, Array]:
+        """Force and moment (3,) of the seat about the origin, in the motion last shared.
+
+        What the person's momentum takes beyond the weight, less all else that acts.
+        """
+        taken = self.data.liMi[1].act(self.data.f[1])
+        force, moment = taken.linear, taken.angular
         for wrench in posture.wrenches:
             force = force - wrench.force
             moment = moment - wrench.moment - np.cross(wrench.point, wrench.force)

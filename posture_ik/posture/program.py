@@ -5,8 +5,8 @@
 
 It is solved in x = K^½ (theta - theta_ergo), in which the springs' Hessian is the identity.
 
-Gravity and every constraint are linear in the poses of bodies (see `tasks`), so the Lagrangian's
-part beside the springs is a sum over frames b of c_b·p_b + C_b:R_b. With everything outside a
+Gravity and every constraint are linear in the pose of each body (see `tasks`), so the Lagrangian's
+part beside the springs changes with frame b as c_b·p_b + C_b:R_b. With everything outside a
 degree of freedom j gathered in
 
     F = sum c_b,    B = sum (p_b - o_j) c_bᵀ + sum_k r_bk C_bkᵀ,    m = vee(B)
@@ -16,11 +16,16 @@ w_j·m + a_j·F, and, because an inner rotation i turns all that lies outside it
 its second derivatives are semiseparable:
 
     H_ij = w_i · y_j  for i inside or equal to j,   y_j = w_j x m + (Bᵀ - tr(B) 1) w_j + a_j x F.
+
+Where a constraint joins two bodies, a hand and a lever, c_b and C_b of the one depend on the pose
+of the other; what that adds to H is J_aᵀ D J_b + J_bᵀ Dᵀ J_a, with D the mixed second derivative
+in the two poses and J their Jacobians.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import combinations
 from typing import ClassVar, NamedTuple
 
 import casadi as ca
@@ -99,6 +104,7 @@ class Program:
         scale = ca.sqrt(stiffness)
         slopes = _slopes(kinematics, loads, m + 1) / ca.repmat(scale.T, m + 1)
         curvature = _curvature(kinematics, loads, weights, scale)
+        curvature += _joining(kinematics, constraints, targets, multipliers, scale)
         x_of_theta = scale * (theta - ergonomic)
         outputs = [potential, residual, slopes[:m, :], slopes[m, :].T, curvature, overturn]
 
@@ -153,16 +159,69 @@ def _task_loads(
     loads = []
     start = 0
     for constraint, target in zip(constraints, targets, strict=True):
-        poses = {f: Pose(ca.SX.sym("R", 3, 3), ca.SX.sym("p", 3)) for f in constraint.frames}
+        poses, numbers, actual = _free_poses(kinematics, constraint)
         residual = constraint.residual(poses, target)
-        for frame, pose in poses.items():
+        for frame in constraint.frames:
             force, couple = ca.SX(count, 3), ca.SX(count, 9)
             rows = slice(start, start + len(constraint.rows))
-            force[rows, :] = ca.jacobian(residual, pose.position)
-            couple[rows, :] = ca.jacobian(residual, ca.vec(pose.rotation))
+            slope = ca.substitute(ca.jacobian(residual, numbers[frame]), *actual)
+            force[rows, :], couple[rows, :] = slope[:, :3], slope[:, 3:]
             loads.append(Load(kinematics.joint_of(frame), kinematics.pose(frame), force, couple))
         start += len(constraint.rows)
     return loads
+
+
+def _free_poses(
+    kinematics: Kinematics, constraint: Constraint
+) -> tuple[dict[str, Pose], dict[str, ca.SX], tuple[ca.SX, ca.SX]]:
+    """Symbols for the poses of a constraint's frames.
+
+    As poses; as their numbers, p then R by columns (12,); as all numbers, and what they stand for.
+    """
+    poses = {f: Pose(ca.SX.sym("R", 3, 3), ca.SX.sym("p", 3)) for f in constraint.frames}
+    numbers = {f: _numbers(pose) for f, pose in poses.items()}
+    actual = ca.vertcat(*[_numbers(kinematics.pose(f)) for f in constraint.frames])
+    return poses, numbers, (ca.vertcat(*numbers.values()), actual)
+
+
+def _numbers(pose: Pose) -> ca.SX:
+    return ca.densify(ca.vertcat(pose.position, ca.vec(pose.rotation)))
+
+
+def _joining(
+    kinematics: Kinematics,
+    constraints: Sequence[Constraint],
+    targets: Sequence[ca.SX],
+    multipliers: ca.SX,
+    scale: ca.SX,
+) -> ca.SX:
+    """Second derivatives of multipliersᵀ psi across two bodies, upper triangle of (n, n)."""
+    n = len(kinematics.motions)
+    total, start = ca.SX(n, n), 0
+    for constraint, target in zip(constraints, targets, strict=True):
+        poses, numbers, actual = _free_poses(kinematics, constraint)
+        weights = multipliers[start : start + len(constraint.rows)]
+        start += len(constraint.rows)
+        work = ca.dot(weights, constraint.residual(poses, target))
+        for first, second in combinations(constraint.frames, 2):
+            mixed = ca.jacobian(ca.gradient(work, numbers[first]), numbers[second])
+            if mixed.nnz():
+                mixed = ca.substitute(mixed, *actual)
+                before, behind = (_pose_rates(kinematics, f, scale) for f in (first, second))
+                part = before.T @ mixed @ behind
+                total += ca.triu(part + part.T)
+    return total
+
+
+def _pose_rates(kinematics: Kinematics, frame: str, scale: ca.SX) -> ca.SX:
+    """Jacobian (12, n) of a pose's numbers with respect to theta divided by scale (n,)."""
+    rotation, position = kinematics.pose(frame)
+    rates = ca.SX(12, len(kinematics.motions))
+    for k in kinematics.support(frame):
+        w, a, origin = kinematics.motions[k]
+        turned = [ca.cross(w, rotation[:, i]) for i in range(3)]
+        rates[:, k] = ca.vertcat(a + ca.cross(w, position - origin), *turned) / scale[k]
+    return rates
 
 
 def _gravity_loads(kinematics: Kinematics, count: int) -> list[Load]:

@@ -16,7 +16,7 @@ from posture_ik.body import Body
 from posture_ik.kinematics import frame_poses
 from posture_ik.posture.pieces import ActiveLimit, Certificate, Prestrain, Wrench
 from posture_ik.posture.statement import Statement
-from posture_ik.posture.tasks import Constraint
+from posture_ik.posture.tasks import Constraint, handle_of
 from posture_ik.problem import Problem
 
 #: A limit or a contact counts as active where it carries more than this share of the largest
@@ -115,6 +115,14 @@ class Posture:
         """Pose of every link in the world, by name."""
         return frame_poses(self.body.model, self.q)
 
+    @property
+    def levers(self) -> dict[str, pin.SE3]:
+        """Pose of the handle of each of the problem's levers in the world, by the lever's name."""
+        return {
+            name: self.frames[f"lever_{name}_grip"] if lever.follows else pin.SE3(*handle_of(lever))
+            for name, lever in self.problem.lever.items()
+        }
+
     @cached_property
     def wrenches(self) -> tuple[Wrench, ...]:
         """Resultant of each task on the person, at the frame held or the mean of those held."""
@@ -122,12 +130,12 @@ class Posture:
         wrenches = []
         start = 0
         for constraint in self.constraints:
-            stop = start + len(constraint.frames)
+            stop = start + constraint.person_frames
             forces, moments, points = parts[start:stop].transpose(1, 0, 2)
             point = points.mean(axis=0)
             moment = moments.sum(axis=0) + np.cross(points - point, forces).sum(axis=0)
             wrenches.append(Wrench(constraint.label, forces.sum(axis=0), moment, point))
-            start = stop
+            start += len(constraint.frames)
         return tuple(wrenches)
 
     @cached_property

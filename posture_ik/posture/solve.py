@@ -35,6 +35,7 @@ def solve_posture(body: Body, problem: Problem, start: Array | None = None) -> P
         BadProblem: the problem names a link or joint that the body does not have.
     """
     statement = Statement.of(body, problem)
+    body = statement.body  # with the levers that follow
     tick = perf_counter()
     lower, upper = statement.x_of(body.lower), statement.x_of(body.upper)
     x = np.zeros(len(lower)) if start is None else statement.x_of(np.asarray(start))

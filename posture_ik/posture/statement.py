@@ -12,6 +12,7 @@ import pinocchio as pin
 
 from posture_ik.arrays import Array
 from posture_ik.body import Body
+from posture_ik.body.levers import with_levers
 from posture_ik.errors import BadProblem, nearest
 from posture_ik.kinematics import Kinematics, frame_poses
 from posture_ik.posture.program import Program
@@ -61,11 +62,12 @@ class Statement:
 
     @classmethod
     def of(cls, body: Body, problem: Problem) -> Statement:
-        """Pose a problem on a body.
+        """Pose a problem on a body, and on the levers of the problem that follow its hands.
 
         Raises:
             BadProblem: the problem names a link or joint that the body does not have.
         """
+        body = with_levers(body, problem.lever)
         if body not in _references:
             _references[body] = _Reference.of(body)
         reference = _references[body]
@@ -103,7 +105,9 @@ def _stiffness(body: Body, block: PostureBlock) -> Array:
         return body.stiffness
     if block.stiffness == "uniform":
         slides = [name.endswith("_axial") for name in body.dofs]
-        return np.where(slides, UNIFORM_STRETCH, UNIFORM_TURN)
+        levers = [name.startswith("lever_") for name in body.dofs]
+        dummies = np.where(slides, UNIFORM_STRETCH, UNIFORM_TURN)
+        return np.where(levers, body.stiffness, dummies)
     stiffness = body.stiffness.copy()
     for joint, value in block.stiffness.items():
         if joint not in body.dofs:

@@ -1,7 +1,7 @@
 """Tasks as equations: the prescribed parts psi(theta) = alpha of the posture (eqs 11, 20).
 
-Every task becomes a constraint whose residual is **linear in the poses** of the frames it names,
-that is in their positions p_b and rotation matrices R_b (its target may enter in any way). That
+Every task becomes a constraint whose residual is **linear in the pose** of each frame it names,
+that is in its position p_b and rotation matrix R_b (its target may enter in any way). That
 one property gives, by a single sweep over the tree, the forces of each constraint in the world
 and the exact second derivatives of the Lagrangian (see `posture_ik.posture.program`).
 
@@ -45,8 +45,13 @@ class Constraint:
 
     one_sided: ClassVar[bool] = False
 
+    @property
+    def person_frames(self) -> int:
+        """How many of the frames, from the first, are the person's own."""
+        return len(self.frames)
+
     def residual(self, poses: Mapping[str, Pose], target: ca.SX) -> ca.SX:
-        """Residual psi - alpha, (len(rows),), linear in the poses; m and rad."""
+        """Residual psi - alpha, (len(rows),), linear in each pose; m and rad."""
         raise NotImplementedError
 
     def overturn(self, poses: Mapping[str, Pose], target: ca.SX) -> ca.SX:
@@ -73,10 +78,33 @@ class Held(Constraint):
 
     def overturn(self, poses: Mapping[str, Pose], target: ca.SX) -> ca.SX:
         """1 - cos(phi) = (3 - tr(R*ᵀ R)) / 2 where all three angles are held, else empty."""
-        if not {"rx", "ry", "rz"} <= set(self.rows):
-            return ca.SX(0, 1)
         goal = ca.reshape(target[3:12], 3, 3)
-        return (3 - ca.trace(goal.T @ poses[self.frames[0]].rotation)) / 2
+        return _away(goal, poses[self.frames[0]].rotation, self.rows)
+
+
+class Gripped(Constraint):
+    """A hand closed around a lever's handle: the loop from the seat through arm and lever to it.
+
+    Lengths are p - p_L of hand and handle in the world's axes, angles the axial part of
+    (R_L R*)ᵀ R, with R* how the hand lies on the handle, which is the target.
+    """
+
+    @property
+    def person_frames(self) -> int:
+        """The hand alone."""
+        return 1
+
+    def residual(self, poses: Mapping[str, Pose], target: ca.SX) -> ca.SX:
+        """Lengths p - p_L, angles axial((R_L R*)ᵀ R), in the rows held."""
+        (rotation, position), (handle, middle) = (poses[frame] for frame in self.frames)
+        goal = handle @ ca.reshape(target, 3, 3)
+        errors = ca.vertcat(position - middle, _axial(goal.T @ rotation))
+        return errors[[ask.COMPONENTS.index(row) for row in self.rows]]
+
+    def overturn(self, poses: Mapping[str, Pose], target: ca.SX) -> ca.SX:
+        """As of a frame held."""
+        (rotation, _), (handle, _) = (poses[frame] for frame in self.frames)
+        return _away(handle @ ca.reshape(target, 3, 3), rotation, self.rows)
 
 
 class Averaged(Constraint):
@@ -125,6 +153,13 @@ def _axial(matrix: ca.SX) -> ca.SX:
     return ca.inv_skew(matrix - matrix.T) / 2
 
 
+def _away(goal: ca.SX, rotation: ca.SX, rows: tuple[str, ...]) -> ca.SX:
+    """1 - cos(phi) = (3 - tr(R*ᵀ R)) / 2 where the rows hold all three angles, else empty."""
+    if not {"rx", "ry", "rz"} <= set(rows):
+        return ca.SX(0, 1)
+    return (3 - ca.trace(goal.T @ rotation)) / 2
+
+
 def constraints_of(
     reference: Mapping[str, pin.SE3], problem: ask.Problem
 ) -> tuple[Constraint, ...]:
@@ -165,11 +200,15 @@ def _constraint(
             goal = rolled @ reference["S1"].rotation
             return _held(label, "S1", ("rx", "ry"), goal, (0.0, 0.0, 0.0))
         case ask.Hand():
-            goal, position = _rotation(*task.rotation_deg), np.array(task.position)
-            if task.lever is not None:
-                handle, position = _grip(problem.lever[task.lever])
-                goal = handle @ goal
-            return _held(label, f"grip_{task.side[0]}", task.components, goal, position)
+            goal, grip = _rotation(*task.rotation_deg), f"grip_{task.side[0]}"
+            if task.lever is None:
+                return _held(label, grip, task.components, goal, np.array(task.position))
+            lever = problem.lever[task.lever]
+            if lever.follows:
+                frames = (grip, f"lever_{task.lever}_grip")
+                return Gripped(label, frames, task.components, goal.T.ravel())
+            handle, position = handle_of(lever)
+            return _held(label, grip, task.components, handle @ goal, position)
         case ask.Frame():
             if task.frame not in reference:
                 raise BadProblem(
@@ -190,8 +229,8 @@ def _rotation(about_x_deg: float, about_y_deg: float, about_z_deg: float) -> Arr
     return rotation
 
 
-def _grip(lever: ask.Lever) -> tuple[Array, Array]:
-    """Rotation and position of a lever's handle."""
+def handle_of(lever: ask.Lever) -> tuple[Array, Array]:
+    """Rotation (3, 3) and position (3,), m, of a lever's handle at the angles given."""
     swung = _rotation(0.0, lever.fore_aft_deg, 0.0) @ _rotation(lever.lateral_deg, 0.0, 0.0)
     position = np.array(lever.pivot) + swung @ np.array([0.0, 0.0, lever.length])
     return swung @ _rotation(0.0, lever.handle_deg, 0.0), position

@@ -181,6 +181,11 @@ class Lever(Block):
     Upright at zero, it swings about its pivot forward (`fore_aft_deg`, about y) and then to the
     right (`lateral_deg`, about x). The hand holds it `length` metres from the pivot, on a handle
     bent forward from the lever by `handle_deg`.
+
+    The angles drive the hand, unless they are named in `follows`: those the hand moves, against a
+    spring (`stiffness`, N m/rad) that rests at the angle given and a damper (N m s/rad), by up to
+    `throw_deg` to either side; the lever's `mass` (kg) is spread evenly along it. No cockpit's
+    values are published where we looked: the defaults are assumed.
     """
 
     pivot: Position
@@ -188,6 +193,11 @@ class Lever(Block):
     fore_aft_deg: Angle = 0.0
     lateral_deg: Angle = 0.0
     handle_deg: Angle = 0.0
+    follows: tuple[Literal["fore_aft", "lateral"], ...] = ()
+    stiffness: float = Field(2.0, gt=0.0)
+    damping: float = Field(0.2, ge=0.0)
+    mass: float = Field(1.0, gt=0.0)
+    throw_deg: float = Field(25.0, gt=0.0, le=180.0)
 
 
 class Hand(Block):
@@ -310,6 +320,21 @@ class Problem(Block):
         return self
 
     @model_validator(mode="after")
+    def _levers_follow_a_hand(self) -> Problem:
+        hands = [task for task in self.task if isinstance(task, Hand)]
+        for name, lever in self.lever.items():
+            holding = [hand for hand in hands if hand.lever == name]
+            if lever.follows and not holding:
+                raise ValueError(f"lever.{name} follows no hand; let a hand task hold it")
+            for hand in holding if lever.follows else ():
+                if not {"x", "y", "z"} <= set(hand.components):
+                    raise ValueError(
+                        f"the {hand.side} hand must hold x, y and z of lever.{name}, which follows "
+                        f"it, and holds only {', '.join(hand.components)}"
+                    )
+        return self
+
+    @model_validator(mode="after")
     def _tasks_agree(self) -> Problem:
         seen: set[str] = set()
         for number, task in enumerate(self.task, 1):
@@ -331,6 +356,9 @@ class Problem(Block):
             if signal.of in moved:
                 raise ValueError(f"two signals move {signal.of}; keep one of the two")
             moved.add(signal.of)
+            block, _, name = signal.of.rpartition(".")[0].partition(".")
+            if block == "lever" and name in self.lever and self.lever[name].follows:
+                raise ValueError(f"{signal.of} cannot move: lever.{name} follows the hand")
             value = number_at(self, signal.of)
             if not isinstance(value, (int, float)) or isinstance(value, bool):
                 raise ValueError(f"a signal can only move a number, and {signal.of} is {value!r}")

@@ -24,6 +24,7 @@ _GROUPS = {
     "Lumbar and seat": ("lumbar", "pelvis"),
     "Right arm": ("r",),
     "Left arm": ("l",),
+    "Levers": ("levers",),
 }
 #: What a degree of freedom does, by the end of its name, and which way is positive.
 _TURNS = {
@@ -48,7 +49,8 @@ def groups_of(dofs: Sequence[str]) -> dict[tuple[str, str], list[int]]:
                 i
                 for i, dof in enumerate(dofs)
                 if (dof[-1] if region(dof) == "arms" else region(dof)) in regions
-                and ("arms" if region(dof) == "arms" else dof.rpartition("_")[2]) == kind
+                and ("arms" if region(dof) in ("arms", "levers") else dof.rpartition("_")[2])
+                == kind
             ]
             if index:
                 found[group, name] = index if kind == "arms" else index[::-1]

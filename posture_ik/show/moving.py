@@ -14,10 +14,10 @@ from posture_ik.arrays import Array
 from posture_ik.body.scaling import Scale
 from posture_ik.kinematics import frame_poses
 from posture_ik.posture import Motion, Posture, Wrench
-from posture_ik.problem import SPINE, Hand
+from posture_ik.problem import SPINE
 from posture_ik.show.arrows import arrows, size, turns
 from posture_ik.show.looks import Look
-from posture_ik.show.scene import leaning, tinted
+from posture_ik.show.scene import leaning, sticks, tinted
 from posture_ik.show.skin import back_of, ride, skin
 from posture_ik.show.strain import Part, colour, full_scale
 
@@ -132,10 +132,8 @@ def _placed(postures: Sequence[Posture], looks: Sequence[Look]) -> dict[str, lis
     """The pose of everything that moves, at each instant, by its path in the drawing."""
     links = dict.fromkeys((*SPINE, *(look.link for look in looks)))
     placed = {f"person/{link}": [p.frames[link] for p in postures] for link in links}
-    for task in postures[0].problem.task:
-        if isinstance(task, Hand):
-            grip = f"grip_{task.side[0]}"
-            placed[f"levers/{task.side}"] = [p.frames[grip] for p in postures]
+    held = [sticks(posture) for posture in postures]
+    placed |= {f"levers/{name}": [poses[name] for poses in held] for name in held[0]}
     if len({posture.problem.seat.recline_deg for posture in postures}) > 1:
         placed["seat/backrest"] = [_backrest(posture) for posture in postures]
     return placed

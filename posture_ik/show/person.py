@@ -82,6 +82,8 @@ Frames = Mapping[str, pin.SE3]
 
 def region(name: str) -> str:
     """Name the region of a joint or of a vertebra: `L4_L5_ry` and `L4` are lumbar."""
+    if name.startswith("lever_"):
+        return "levers"
     if name.startswith(("Head", "C")):
         return "cervical"
     return {"T": "thoracic", "L": "lumbar", "S": "pelvis", "b": "pelvis"}.get(name[0], "arms")

@@ -21,6 +21,7 @@ COLOURS = {
     "lumbar": "#e07a1f",
     "pelvis": "#8a5aa8",
     "arms": "#7a8794",
+    "levers": "#3f4a56",
 }
 _INK, _SOFT, _GRID, _RANGE, _LIMIT = "#1c2733", "#55626f", "#e6eaee", "#dfe5ea", "#c0392b"
 
@@ -86,23 +87,32 @@ def spine_bars(posture: Posture) -> list[Bars]:
 
 
 def arm_bars(posture: Posture) -> list[Bars]:
-    """Turn and moment of each joint of the arms; nothing where the arms stay at rest."""
+    """Turn and moment of each joint of the arms and of each lever that follows a hand.
+
+    Nothing where all of them stay at rest.
+    """
     arms = _level_dofs(posture, "arms")
     if not arms or np.max(np.abs(posture.displacement[arms])) < np.radians(_STILL):
         return []
-    turned = "How far each joint of the arms turned from its rest."
-    pulled = "The moment with which each joint of the arms pulls back towards its rest."
+    levers = any(region(posture.body.dofs[i]) == "levers" for i in arms)
+    whose = "arm joints and levers" if levers else "arm joints"
     return [
-        _moved(posture, "arms", "Turn of the arm joints", ("", ""), turned),
-        _carried(posture, "arms", "Moment of the arm joints", ("", ""), pulled),
+        _moved(
+            *(posture, "arms", f"Turn of the {whose}", ("", "")),
+            "How far each turned from its rest.",
+        ),
+        _carried(
+            *(posture, "arms", f"Moment of the {whose}", ("", "")),
+            "The moment with which each pulls back towards its rest.",
+        ),
     ]
 
 
 def _level_dofs(posture: Posture, suffix: str) -> list[int]:
-    """The spine's degrees of freedom of one kind, seat first; with `arms` the arms', hand first."""
+    """The spine's degrees of freedom of one kind, seat first; with `arms` all others."""
     dofs = posture.body.dofs
     if suffix == "arms":
-        return [i for i in reversed(range(len(dofs))) if region(dofs[i]) == "arms"]
+        return [i for i in reversed(range(len(dofs))) if region(dofs[i]) in ("arms", "levers")]
     return [i for i, dof in enumerate(dofs) if dof.endswith(f"_{suffix}")]
 
 
@@ -130,6 +140,8 @@ def _carried(posture: Posture, suffix: str, name: str, ends: tuple[str, str], me
 
 def joint_name(dof: str) -> str:
     """Write a joint as people do: L4–L5 for `L4_L5_ry`, right elbow flexion for the arm's."""
+    if region(dof) == "levers":
+        return dof.replace("_", " ").replace("fore aft", "fore-aft")
     if region(dof) == "arms":
         words, _, side = dof.rpartition("_")
         return f"{'right' if side == 'r' else 'left'} {words.replace('_', ' ')}"
@@ -212,7 +224,8 @@ def energy_chart(posture: Posture) -> Figure:
 
 def energy_by_region(posture: Posture) -> dict[str, float]:
     """Strain energy of each region's springs, J."""
-    shares = dict.fromkeys(COLOURS, 0.0)
+    levers = bool(posture.body.dofs[-1].startswith("lever_"))
+    shares = {name: 0.0 for name in COLOURS if levers or name != "levers"}
     for dof, energy in zip(posture.body.dofs, posture.energies, strict=True):
         shares[region(dof)] += float(energy)
     return shares

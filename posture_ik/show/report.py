@@ -6,13 +6,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pinocchio as pin
 from plotly.offline import get_plotlyjs
 from scipy.spatial.transform import Rotation
 
 from posture_ik.files import whole_file
 from posture_ik.posture import Certificate, Posture, Wrench
-from posture_ik.posture.tasks import Constraint, Supported
+from posture_ik.posture.tasks import Constraint, Gripped, Supported
 from posture_ik.problem import SPINE
 from posture_ik.show.person import draw_after, draw_before
 from posture_ik.show.plots import COLOURS, arm_bars, bar_chart, energy_chart, joint_name, spine_bars
@@ -112,7 +111,8 @@ def _weight(posture: Posture) -> float:
     if not posture.problem.posture.gravity:
         return 0.0
     model = posture.body.model
-    return float(pin.computeTotalMass(model) * np.linalg.norm(model.gravity.linear))
+    mass = sum(model.inertias[joint].mass for joint in model.subtrees[1])  # without levers
+    return float(mass * np.linalg.norm(model.gravity.linear))
 
 
 def _limit(posture: Posture, index: int) -> Row:
@@ -199,7 +199,7 @@ def _tasks(posture: Posture) -> list[Row]:
             }
             for row, miss, multiplier in zip(constraint.rows, misses, multipliers, strict=True)
         ]
-        tasks.append({"label": label, "target": _target(constraint), "rows": rows})
+        tasks.append({"label": label, "target": _target(constraint, posture), "rows": rows})
     return tasks
 
 
@@ -207,8 +207,16 @@ def _row_unit(constraint: Constraint, row: str) -> str:
     return "rad" if row.startswith("r") and not isinstance(constraint, Supported) else "m"
 
 
-def _target(constraint: Constraint) -> str:
+def _target(constraint: Constraint, posture: Posture) -> str:
     """What a task asks for, in words and people's units."""
+    if isinstance(constraint, Gripped):
+        lever = constraint.frames[1].removesuffix("_grip")
+        angles = ", ".join(
+            f"{dof.removeprefix(lever + '_').replace('_', '-')} {np.degrees(value):.1f}°"
+            for dof, value in zip(posture.body.dofs, posture.q, strict=True)
+            if dof.startswith(f"{lever}_")
+        )
+        return f"closed around {lever.replace('_', ' ')}, which follows to {angles}"
     if isinstance(constraint, Supported):
         forward, _, up = constraint.target[:3]
         lean = np.degrees(np.arctan2(up, forward))

@@ -19,7 +19,7 @@ from posture_ik.body.scaling import Scale
 from posture_ik.body.solids import mesh, plate, tube
 from posture_ik.kinematics import frame_poses
 from posture_ik.posture import Posture, Wrench
-from posture_ik.problem import SPINE, Hand
+from posture_ik.problem import SPINE, Hand, Lever
 from posture_ik.show.arrows import Arrow, Turn, acting, arrows, turns
 from posture_ik.show.looks import Look, looks_of
 from posture_ik.show.skin import back_of, skin
@@ -68,9 +68,16 @@ def draw(
         _arrow(visualizer[f"forces/{arrow.name}/force"], arrow)
     for turn in turns(wrenches):
         _turn(visualizer[f"forces/{turn.name}/moment"], turn)
-    for task in posture.problem.task:
-        if isinstance(task, Hand):
-            _lever(visualizer[f"levers/{task.side}"], now[f"grip_{task.side[0]}"])
+    for name, handle in sticks(posture).items():
+        lever = posture.problem.lever.get(name)
+        _lever(visualizer[f"levers/{name}"], handle, lever)
+
+
+def sticks(posture: Posture) -> dict[str, pin.SE3]:
+    """Pose of every handle: the levers', and one in each hand that holds none, by its side."""
+    hands = [task for task in posture.problem.task if isinstance(task, Hand) and not task.lever]
+    free = {hand.side: posture.frames[f"grip_{hand.side[0]}"] for hand in hands}
+    return free | posture.levers
 
 
 def floor_height(posture: Posture) -> float:
@@ -217,17 +224,20 @@ def _tangent(angle: float) -> Array:
     return np.array([-np.sin(angle), np.cos(angle), 0.0])
 
 
-def _lever(place: meshcat.Visualizer, grip: pin.SE3) -> None:
-    """A stick through the hand along the grip's z."""
+def _lever(place: meshcat.Visualizer, handle: pin.SE3, lever: Lever | None) -> None:
+    """A handle and the stick from it to its pivot, or, without a lever, to below the hand."""
+    bend, length = (0.0, 0.32) if lever is None else (np.radians(lever.handle_deg), lever.length)
+    down = -length * np.array([-np.sin(bend), 0.0, np.cos(bend)])  # to the pivot, in the handle
     stand = pin.SE3(pin.utils.rotate("x", np.pi / 2), np.zeros(3))  # meshcat's stand along y
-    for name, shape, along in (
-        ("stick", g.Cylinder(0.36, 0.010), -0.14),
-        ("handle", g.Cylinder(0.13, 0.0165), 0.0),
-        ("boot", g.Sphere(0.026), -0.32),
+    along = pin.SE3(pin.utils.rotate("y", -bend), down / 2)
+    for name, shape, pose in (
+        ("stick", g.Cylinder(length, 0.010), along * stand),
+        ("handle", g.Cylinder(0.13, 0.0165), stand),
+        ("boot", g.Sphere(0.026), pin.SE3(np.eye(3), down)),
     ):
         place[name].set_object(shape, _matt(_STICK))
-        place[name].set_transform((stand * pin.SE3(np.eye(3), along * np.eye(3)[1])).homogeneous)
-    place.set_transform(grip.homogeneous)
+        place[name].set_transform(pose.homogeneous)
+    place.set_transform(handle.homogeneous)
 
 
 class _Shadow(g.GenericMaterial):  # type: ignore[misc]

@@ -18,8 +18,8 @@ import posture_ik as pik
 from posture_ik.errors import BadURDF
 from posture_ik.exchange import write_mbdyn
 
-#: At rest; leaning with weight on; turned; arms out, own springs and joint limits that carry.
-EXAMPLES = ["upright", "reclined_15_gravity", "look_left", "pilot"]
+#: At rest; leaning with weight on; turned; arms out, own springs, joint limits that carry; a lever.
+EXAMPLES = ["upright", "reclined_15_gravity", "look_left", "pilot", "pilot_push"]
 
 
 class Pose:

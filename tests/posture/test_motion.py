@@ -41,7 +41,13 @@ def sweep(body: pik.Body) -> Motion:
     return moved(body, "recline_sweep", "motion.rate=40")
 
 
-@pytest.mark.parametrize("name", ["nod", "sweep"])
+@pytest.fixture(scope="module")
+def push(body: pik.Body) -> Motion:
+    """A hand that takes a lever along: a loop with bodies and springs of its own."""
+    return moved(body, "pilot_push", "motion.rate=20", "posture.gravity=true")
+
+
+@pytest.mark.parametrize("name", ["nod", "sweep", "push"])
 def test_tasks_are_respected_at_every_level(name: str, request: pytest.FixtureRequest) -> None:
     motion: Motion = request.getfixturevalue(name)
     position, velocity, acceleration = motion.worst_residuals()
@@ -126,13 +132,21 @@ def test_projected_rates_converge_to_those_of_the_positions(body: pik.Body) -> N
     assert 3.0 < gaps[0] / gaps[1] < 5.0
 
 
-def test_forward_dynamics_gives_the_acceleration_back(body: pik.Body, nod: Motion) -> None:
-    """Pinocchio's aba under tau, springs, dampers and the tasks' wrenches on their frames."""
-    model, data = body.model, body.model.createData()
+@pytest.mark.parametrize("name", ["nod", "push"])
+def test_forward_dynamics_gives_the_acceleration_back(
+    name: str, request: pytest.FixtureRequest
+) -> None:
+    """Pinocchio's aba under tau, springs, dampers and the tasks' wrenches on their frames.
+
+    What a joint limit carries is a torque as well.
+    """
+    motion: Motion = request.getfixturevalue(name)
+    model, data = motion.body.model, motion.body.model.createData()
     for k in (0, 13, 31):
-        posture = nod.postures[k]
-        torque = nod.tau[k] + posture.prestrain_force - body.damping * nod.v[k]
-        pin.framesForwardKinematics(model, data, nod.q[k])
+        posture = motion.postures[k]
+        torque = motion.tau[k] - motion.limit_load[k] + posture.prestrain_force
+        torque -= motion.body.damping * motion.v[k]
+        pin.framesForwardKinematics(model, data, motion.q[k])
         outer = [pin.Force.Zero() for _ in range(model.njoints)]
         names = [frame for c in posture.constraints for frame in c.frames]
         for name, wrench in zip(names, posture.frame_wrenches, strict=True):
@@ -141,19 +155,22 @@ def test_forward_dynamics_gives_the_acceleration_back(body: pik.Body, nod: Motio
             outer[frame.parentJoint] += data.oMi[frame.parentJoint].actInv(
                 at.act(pin.Force(*wrench[:2]))
             )
-        a = pin.aba(model, data, nod.q[k], nod.v[k], torque, outer)
-        np.testing.assert_allclose(a, nod.a[k], atol=1e-8 * max(1.0, np.abs(nod.a[k]).max()))
+        a = pin.aba(model, data, motion.q[k], motion.v[k], torque, outer)
+        largest = max(1.0, np.abs(motion.a[k]).max())
+        np.testing.assert_allclose(a, motion.a[k], atol=1e-8 * largest)
 
 
-def test_power_is_the_rate_of_energy(body: pik.Body, nod: Motion) -> None:
+@pytest.mark.parametrize("name", ["nod", "push"])
+def test_power_is_the_rate_of_energy(name: str, request: pytest.FixtureRequest) -> None:
     """Joints, dampers and moving tasks against the rate of kinetic + weight + spring energy.
 
     The rate is a central difference along the parabola that v and a give; 1e-6 W of 1 W.
     """
-    model, data = body.model, body.model.createData()
+    motion: Motion = request.getfixturevalue(name)
+    model, data = motion.body.model, motion.body.model.createData()
     largest, worst = 0.0, 0.0
-    for k in range(len(nod.time)):
-        q, v, a, posture = nod.q[k], nod.v[k], nod.a[k], nod.postures[k]
+    for k in range(len(motion.time)):
+        q, v, a, posture = motion.q[k], motion.v[k], motion.a[k], motion.postures[k]
         h = 1e-5
 
         def energy(shift: float, q=q, v=v, a=a, posture=posture) -> float:
@@ -164,7 +181,7 @@ def test_power_is_the_rate_of_energy(body: pik.Body, nod: Motion) -> None:
             return kinetic + weight + posture.stiffness @ stretch**2 / 2
 
         rate = (energy(h) - energy(-h)) / (2 * h)
-        supplied = nod.tau[k] @ v - v @ (body.damping * v)
+        supplied = motion.tau[k] @ v - v @ (motion.body.damping * v)
         pin.computeJointJacobians(model, data, q)
         pin.framesForwardKinematics(model, data, q)
         names = [frame for c in posture.constraints for frame in c.frames]

@@ -10,7 +10,7 @@ import posture_ik as pik
 from posture_ik.kinematics import Pose
 from posture_ik.posture.statement import Statement
 
-PROBLEMS = ["reclined_30", "reclined_15_gravity", "look_left", "slouched", "pilot"]
+PROBLEMS = ["reclined_30", "reclined_15_gravity", "look_left", "slouched", "pilot", "pilot_push"]
 
 
 @pytest.fixture(scope="module")
@@ -83,13 +83,14 @@ def test_gradient_equals_central_differences(
 
 
 def test_constraints_are_linear_in_the_poses(statement: Statement) -> None:
-    """What the forces and the Hessian rest on: no second derivative by position or rotation."""
+    """What the forces and the Hessian rest on: no second derivative by the pose of one frame."""
     for constraint in statement.constraints:
         poses = {f: Pose(ca.SX.sym("R", 3, 3), ca.SX.sym("p", 3)) for f in constraint.frames}
         target = ca.SX.sym("alpha", constraint.target.size)
-        numbers = ca.vertcat(*[ca.vertcat(p.position, ca.vec(p.rotation)) for p in poses.values()])
-        jacobian = ca.jacobian(constraint.residual(poses, target), numbers)
-        assert not ca.depends_on(jacobian, numbers), constraint.label
+        for pose in poses.values():
+            numbers = ca.vertcat(pose.position, ca.vec(pose.rotation))
+            jacobian = ca.jacobian(constraint.residual(poses, target), numbers)
+            assert not ca.depends_on(jacobian, numbers), constraint.label
 
 
 def test_residuals_vanish_at_the_reference_shape(body: pik.Body) -> None:
