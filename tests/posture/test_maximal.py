@@ -1,61 +1,17 @@
-"""The projections once more in the source's own coordinates: six a body, joints as phi(q) = 0.
-
-Unknown are the twists V of all bodies. A joint leaves free only its axis S, so that the parts of
-the relative twist along the five directions N orthogonal to S vanish (eqs 23, 28), and the tasks
-hold as rows B with B X = J, where V = X v is what the joints allow.
-"""
+"""Joint and maximal coordinates, two formulations of one projection, must agree."""
 
 from __future__ import annotations
 
 import numpy as np
 import pinocchio as pin
 import pytest
-from scipy.linalg import block_diag, null_space
 
 import posture_ik as pik
 from posture_ik.kinematics import Kinematics, frame_poses
+from posture_ik.posture.maximal import Maximal
 from posture_ik.posture.projection import Projection, task_rates
 
 MOVING = ["task.head.looking.nod_deg", "seat.recline_deg"]
-
-
-class Maximal:
-    """KKT system over the twists of all bodies, each in its own frame, at one state."""
-
-    def __init__(self, model: pin.Model, q: np.ndarray, v: np.ndarray) -> None:
-        data = model.createData()
-        pin.forwardKinematics(model, data, q, v, np.zeros(model.nv))
-        pin.computeJointJacobians(model, data, q)
-        count = model.njoints - 1
-        self.mass = block_diag(*[model.inertias[i].matrix() for i in range(1, count + 1)])
-        rows = np.zeros((5 * count, 6 * count))
-        self.bias = np.zeros(5 * count)
-        blocks = []
-        for i in range(1, count + 1):
-            jacobian = pin.getJointJacobian(model, data, i, pin.LOCAL)
-            blocks.append(jacobian)
-            axis = jacobian[:, model.joints[i].idx_v]
-            free = null_space(axis[None])  # (6, 5), the directions the joint holds
-            here = slice(5 * (i - 1), 5 * i)
-            rows[here, 6 * (i - 1) : 6 * i] = free.T
-            parent = model.parents[i]
-            if parent:
-                carry = data.liMi[i].inverse().action
-                rows[here, 6 * (parent - 1) : 6 * parent] = -free.T @ carry
-            # Across a hinge or slide: a_i = X a_parent + S a + V_i x (S v).
-            rate = axis * v[model.joints[i].idx_v]
-            product = pin.Motion(data.v[i]).cross(pin.Motion(rate)).vector
-            self.bias[here] = -free.T @ product
-        self.rows = rows
-        self.joints = np.vstack(blocks)  # X (6 bodies, n)
-        self.accelerations = np.concatenate([data.a[i].vector for i in range(1, count + 1)])
-
-    def project(self, guess: np.ndarray, tasks: np.ndarray, joints: np.ndarray, asked: np.ndarray):
-        constraints = np.vstack([self.rows, tasks])
-        count, held = constraints.shape[1], constraints.shape[0]
-        system = np.block([[self.mass, constraints.T], [constraints, np.zeros((held, held))]])
-        right = np.concatenate([self.mass @ guess, joints, asked])
-        return np.linalg.solve(system, right)[:count]
 
 
 @pytest.fixture(scope="module")
@@ -63,34 +19,62 @@ def body() -> pik.Body:
     return pik.build_body(pik.Subject())
 
 
-def test_minimal_and_maximal_coordinates_agree(body: pik.Body) -> None:
-    """Velocities and accelerations of all bodies to 1e-8 of the largest."""
+@pytest.mark.parametrize("name", ["reclined_15", "pilot_push"])
+def test_minimal_and_maximal_coordinates_agree(body: pik.Body, name: str) -> None:
+    """Velocities, accelerations and multipliers, to 1e-8 of the largest, from the same guesses."""
     rng = np.random.default_rng(8)
-    problem = pik.load_problem("recline_sweep")
-    twin, model = Kinematics.of(body.model), body.model
-    rates, drift_of = task_rates(twin, frame_poses(model, body.q_reference), problem, MOVING)
-    q = pik.solve_posture(body, pik.load_problem("reclined_15")).q
-    s, ds, dds, numbers = [0.0, 15.0], [30.0, 20.0], [5.0, -8.0], twin.values(model)
+    problem = pik.load_problem(name)
+    posture = pik.solve_posture(body, problem)
+    model, q = posture.body.model, posture.q
+    twin, reference = Kinematics.of(model), frame_poses(model, posture.body.q_reference)
+    rates, drift_of = task_rates(twin, reference, problem, MOVING)
+    s, ds, dds = [0.0, problem.seat.recline_deg], [30.0, 20.0], [5.0, -8.0]
+    numbers = twin.values(model)
     jacobian, moving = (x.full() for x in rates(q, s, ds, numbers))
-    data = model.createData()
-    upper = np.triu(pin.crba(model, data, q))
+    moving = moving.ravel()
+    upper = np.triu(pin.crba(model, model.createData(), q))
     projection = Projection(upper + np.triu(upper, 1).T, jacobian, np.ones(model.nv, dtype=bool))
     v_guess, a_guess = rng.normal(size=(2, model.nv))
-    v = projection(v_guess, moving.ravel())[0]
+    v, impulses = projection(v_guess, moving)
     drift = drift_of(q, v, s, ds, dds, numbers).full().ravel()
-    a = projection(a_guess, drift)[0]
+    a, forces = projection(a_guess, drift)
 
-    maximal = Maximal(model, q, v)
-    tasks = jacobian @ np.linalg.pinv(maximal.joints)
-    twists = maximal.project(
-        maximal.joints @ v_guess, tasks, np.zeros(len(maximal.bias)), -moving.ravel()
-    )
-    expected = maximal.joints @ v
-    np.testing.assert_allclose(twists, expected, atol=1e-8 * np.abs(expected).max())
-
+    maximal = Maximal(posture, v)
+    bodies = maximal.jacobian
+    np.testing.assert_allclose(maximal.tasks @ bodies, jacobian, atol=1e-10)
+    found = maximal.project(bodies @ v_guess, np.zeros_like(maximal.drift), -moving)
+    close(found.bodies, bodies @ v)
+    close(found.multipliers, impulses)
     # The bodies' accelerations are X a plus what v alone brings; a guess carries both.
-    coasting = maximal.accelerations
-    asked = -drift + tasks @ coasting
-    found = maximal.project(maximal.joints @ a_guess + coasting, tasks, -maximal.bias, asked)
-    expected = maximal.joints @ a + coasting
-    np.testing.assert_allclose(found, expected, atol=1e-8 * np.abs(expected).max())
+    coasting = maximal.coasting
+    asked = -drift + maximal.tasks @ coasting
+    found = maximal.project(bodies @ a_guess + coasting, maximal.drift, asked)
+    close(found.bodies, bodies @ a + coasting)
+    close(found.multipliers, forces)
+
+
+def close(found: np.ndarray, expected: np.ndarray) -> None:
+    np.testing.assert_allclose(found.ravel(), expected, atol=1e-8 * np.abs(expected).max())
+
+
+def test_joints_act_on_both_bodies_alike(body: pik.Body) -> None:
+    """Internal: over all bodies, moved to one point, what joints and seat do sums to the seat's."""
+    posture = pik.solve_posture(body, pik.load_problem("reclined_15"))
+    model, rng = body.model, np.random.default_rng(4)
+    guess = rng.normal(size=6 * (model.njoints - 1))
+    maximal = Maximal(posture, np.zeros(model.nv))
+    rest = np.zeros_like(maximal.drift), np.zeros(len(maximal.tasks))
+    found = maximal.project(guess, *rest)
+    data = model.createData()
+    pin.forwardKinematics(model, data, posture.q)
+    total = pin.Force.Zero()
+    for i in range(1, model.njoints):
+        # M (V - V0) is what joints and tasks do to a body
+        change = found.bodies[i - 1] - guess.reshape(-1, 6)[i - 1]
+        given = model.inertias[i].matrix() @ change
+        task = -(maximal.tasks[:, 6 * (i - 1) : 6 * i].T @ found.multipliers)
+        np.testing.assert_allclose(given, found.joints[i - 1] + task, atol=1e-8)
+        total += data.oMi[i].act(pin.Force(found.joints[i - 1]))
+    # the seat leaves its three springs' directions free: up, about x, about y
+    slide = data.oMi[1].rotation[:, 2]
+    assert abs(total.linear @ slide) < 1e-8 * max(1.0, np.abs(total.linear).max())
