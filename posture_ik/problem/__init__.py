@@ -3,6 +3,7 @@
 from posture_ik.problem.blocks import (
     COMPONENTS,
     SPINE,
+    ActivationBlock,
     Backrest,
     BackrestContact,
     Component,
@@ -26,6 +27,7 @@ from posture_ik.problem.paths import number_at, with_numbers
 __all__ = [
     "COMPONENTS",
     "SPINE",
+    "ActivationBlock",
     "Backrest",
     "BackrestContact",
     "Component",

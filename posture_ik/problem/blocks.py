@@ -300,6 +300,31 @@ class MotionBlock(Block):
         return np.arange(int(np.floor(self.duration * self.rate + 1e-9)) + 1) / self.rate
 
 
+class Reflex(Block):
+    """Gains of the stretch reflex (eq 33): activation per optimal length and per top speed."""
+
+    proportional: float = Field(0.0, ge=0.0)
+    derivative: float = Field(0.0, ge=0.0)
+
+
+class ActivationBlock(Block):
+    """How the muscles of the arms share the work.
+
+    `law`: of muscle force. `cost`: what is least, the sum of activations squared (eq 32), weighted
+    by muscle volume, or the highest activation (fatigue). `co_contraction`: the activation towards
+    which all are drawn without changing any torque. `hand_force`: what acts on the right or left
+    hand beside a lever that follows it, N, world axes. `short_range`: take the stiffness of
+    active muscle from its first few tenths of a per cent of stretch, as vibration finds it.
+    """
+
+    law: Literal["pennestri", "de_groote"] = "pennestri"
+    cost: Literal["squares", "volume", "fatigue"] = "squares"
+    co_contraction: float = Field(0.0, ge=0.0, le=1.0)
+    hand_force: dict[Literal["right", "left"], Vector] = Field(default_factory=dict)
+    reflex: Reflex = Reflex()
+    short_range: bool = False
+
+
 class Problem(Block):
     """A whole problem: who, where, what is held, how it is solved, and how it moves if it does."""
 
@@ -310,6 +335,7 @@ class Problem(Block):
     posture: PostureBlock = PostureBlock()
     lever: dict[str, Lever] = Field(default_factory=dict)
     motion: MotionBlock | None = None
+    activation: ActivationBlock | None = None
 
     @model_validator(mode="after")
     def _levers_exist(self) -> Problem:

@@ -11,6 +11,7 @@ from pydantic import BaseModel, ValidationError
 from posture_ik.errors import BadProblem, nearest
 from posture_ik.problem.block import Block
 from posture_ik.problem.blocks import (
+    ActivationBlock,
     Backrest,
     BackrestContact,
     Frame,
@@ -22,6 +23,7 @@ from posture_ik.problem.blocks import (
     Pelvis,
     PostureBlock,
     Problem,
+    Reflex,
     Seat,
     Subject,
 )
@@ -157,6 +159,8 @@ _BLOCKS: dict[str, type[Block]] = {
     "posture": PostureBlock,
     "looking": Gaze,
     "motion": MotionBlock,
+    "activation": ActivationBlock,
+    "reflex": Reflex,
 }
 
 
