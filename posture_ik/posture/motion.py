@@ -23,13 +23,13 @@ import numpy.typing as npt
 import pinocchio as pin
 import xarray as xr
 
-from posture_ik.arrays import Array
+from posture_ik.arrays import Array, call
 from posture_ik.body import Body
 from posture_ik.errors import BadProblem, InfeasiblePosture, MotionStopped, PostureNotFound
-from posture_ik.kinematics import Kinematics, frame_poses
 from posture_ik.posture.projection import Projection, task_rates
 from posture_ik.posture.result import Posture
-from posture_ik.posture.solve import solve_posture
+from posture_ik.posture.solve import solve_statement
+from posture_ik.posture.statement import Statement
 from posture_ik.problem import BackrestContact, Problem, with_numbers
 
 
@@ -159,38 +159,44 @@ def move(body: Body, problem: Problem, on_step: Callable[[int, int], None] | Non
     values, rates, accelerations = (
         np.column_stack(course) for course in zip(*[s.at(times) for s in signals], strict=True)
     )
+    stills = [
+        with_numbers(problem, dict(zip(names, map(float, numbers), strict=True)))
+        for numbers in values
+    ]
+    first = Statement.of(body, stills[0])
+    courses = first.along(names)(values.T, rates.T, accelerations.T)
+    targets, target_rates, target_accelerations = (course.full().T for course in courses)
     postures: list[Posture] = []
-    for k, numbers in enumerate(values):
-        still = with_numbers(problem, dict(zip(names, map(float, numbers), strict=True)))
+    for k, still in enumerate(stills):
+        start = _ahead(postures) if postures else (first.q_ergo,)
         try:
-            postures.append(solve_posture(body, still, postures[-1].q if postures else None))
+            postures.append(solve_statement(first.at(still, targets[k]), *start))
         except (InfeasiblePosture, PostureNotFound) as error:
             raise MotionStopped(float(times[k]), error) from error
         if on_step:
             on_step(k + 1, len(times))
 
-    kinematics = Kinematics.of(body.model)
-    reference = frame_poses(body.model, body.q_reference)
-    rates_of, drift_of = task_rates(kinematics, reference, problem, names)
-    parameters = kinematics.values(body.model)
-    dynamics = _Dynamics(body, problem.posture.gravity)
+    rates_of, drift_of = task_rates(first.program)
+    dynamics = _Dynamics(first.body, problem.posture.gravity)
     q = np.array([posture.q for posture in postures])
     v_guess, a_guess = _differences(q, times, [posture.at_limit for posture in postures])
     steps = []
     for k, posture in enumerate(postures):
-        s, ds, dds = values[k], rates[k], accelerations[k]
-        jacobian, moved = (x.full() for x in rates_of(q[k], s, ds, parameters))
-        moved = moved.ravel()
+        p = posture.statement.parameters
+        jacobian, moved = call(rates_of, q[k], p, target_rates[k])
         projection = Projection(dynamics.mass_matrix(q[k]), jacobian, ~posture.at_limit)
         v = projection(v_guess[k], moved)[0]
-        drift = drift_of(q[k], v, s, ds, dds, parameters).full().ravel()
+        (drift,) = call(drift_of, q[k], v, p, target_rates[k], target_accelerations[k])
         a = projection(a_guess[k], drift)[0]
         torque, limit, multipliers = dynamics.share(posture, v, a, jacobian)
         held = replace(posture, multipliers=multipliers, limit_multipliers=limit)
-        seat = dynamics.seat(held, v, a)
         misses = [posture.misses, jacobian @ v + moved, jacobian @ a + drift]
-        steps.append((held, v, a, torque, limit, misses, *seat, projection.dependent))
-    held, v, a, torque, limit, misses, seat_force, seat_moment, dependent = zip(*steps, strict=True)
+        taken = dynamics.taken()
+        steps.append((held, v, a, torque, limit, misses, taken, projection.dependent))
+    held, v, a, torque, limit, misses, taken, dependent = zip(*steps, strict=True)
+    acting = np.array([[wrench[1:] for wrench in posture.wrenches] for posture in held])
+    force, moment, point = acting.transpose(2, 0, 1, 3)
+    seat_force, seat_moment = np.array(taken).transpose(1, 0, 2)
     rows = [f"{c.label} {row}" for c in postures[0].constraints for row in c.rows]
     return Motion(
         problem=problem,
@@ -203,9 +209,22 @@ def move(body: Body, problem: Problem, on_step: Callable[[int, int], None] | Non
         limit_load=np.array(limit),
         residuals=np.array(misses),
         redundant=tuple(rows[i] for i in sorted(set().union(*map(set, dependent)))),
-        seat_force=np.array(seat_force),
-        seat_moment=np.array(seat_moment),
+        seat_force=seat_force - force.sum(axis=1),
+        seat_moment=seat_moment - (moment + np.cross(point, force)).sum(axis=1),
     )
+
+
+#: Weights with which the last steps, the latest last, foretell the next: polynomials through them.
+_FORETELL = ((1,), (-1, 2), (1, -3, 3), (-1, 4, -6, 4), (1, -5, 10, -10, 5))
+
+
+def _ahead(postures: Sequence[Posture]) -> tuple[Array, Array, Array]:
+    """Foretell the next configuration (n,) and multipliers (m,); limits press as they last did."""
+    last = postures[-len(_FORETELL) :]
+    weights = np.array(_FORETELL[len(last) - 1])
+    q = weights @ [posture.q for posture in last]
+    multipliers = weights @ [posture.multipliers for posture in last]
+    return q, multipliers, last[-1].limit_multipliers
 
 
 def _differences(
@@ -240,9 +259,8 @@ class _Dynamics:
         self.data = self.model.createData()
 
     def mass_matrix(self, q: Array) -> Array:
-        """M (n, n)."""
-        upper = np.triu(pin.crba(self.model, self.data, q))
-        matrix: Array = upper + np.triu(upper, 1).T
+        """M (n, n), its upper triangle."""
+        matrix: Array = pin.crba(self.model, self.data, q)
         return matrix
 
     def share(
@@ -262,15 +280,10 @@ class _Dynamics:
         tau = asked + jacobian.T @ multipliers
         return np.where(free, tau, 0.0), np.where(free, 0.0, -tau), multipliers
 
-    def seat(self, posture: Posture, v: Array, a: Array) -> tuple[Array, Array]:
-        """Force and moment (3,) of the seat about the origin: momentum's rate less all else."""
-        model, data, q = self.model, self.data, posture.q
-        rate = pin.computeCentroidalMomentumTimeVariation(model, data, q, v, a)
-        centre = data.com[0]
-        weight = data.mass[0] * model.gravity.linear
-        force = rate.linear - weight
-        moment = rate.angular + np.cross(centre, rate.linear - weight)
-        for wrench in posture.wrenches:
-            force = force - wrench.force
-            moment = moment - wrench.moment - np.cross(wrench.point, wrench.force)
-        return force, moment
+    def taken(self) -> tuple[Array, Array]:
+        """What the motion last shared takes beyond the weight: force and moment about the origin.
+
+        Of this the seat gives what nothing else that acts on the person does.
+        """
+        taken = self.data.liMi[1].act(self.data.f[1])
+        return taken.linear, taken.angular

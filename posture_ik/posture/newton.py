@@ -20,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.linalg.lapack import dsytrf, dsytrs
 
-from posture_ik.arrays import Array
+from posture_ik.arrays import BLOCK, Array
 from posture_ik.posture.optimum import Optimum
 from posture_ik.posture.statement import Statement
 
@@ -33,15 +33,26 @@ _FARTHEST = 0.4
 _CONTACT = 1e6
 
 
-def solve_with_newton(statement: Statement, start: Array, lower: Array, upper: Array) -> Optimum:
+def solve_with_newton(
+    statement: Statement,
+    start: Array,
+    lower: Array,
+    upper: Array,
+    multipliers: Array | None = None,
+    pressure: Array | None = None,
+) -> Optimum:
     """Minimise a statement's program from a start within bounds, all in x (n,).
+
+    The multipliers of the rows (m,) and the pressure of the bounds (n,) start from zero unless
+    they are known from nearby.
 
     Returns:
         The optimum; where `converged` is False the point is worth nothing.
     """
     program = statement.program
     n, m = program.size, statement.rows
-    x, multipliers, pressure = start.copy(), np.zeros(m), np.zeros(n)
+    x, multipliers = start.copy(), np.zeros(m) if multipliers is None else multipliers.copy()
+    pressure = np.zeros(n) if pressure is None else pressure
     residual, slope = np.zeros(m), np.zeros(n)
     jacobian, hessian = np.zeros((m, n), order="F"), np.zeros((n, n), order="F")
     buffer: Any
@@ -50,33 +61,34 @@ def solve_with_newton(statement: Statement, start: Array, lower: Array, upper: A
         buffer.set_arg(i, argument.data)
     for i, result in enumerate((residual, jacobian, slope, hessian)):
         buffer.set_res(i, result.reshape(-1, order="F").data)
+    system, sides = np.zeros((n + m, n + m), order="F"), np.zeros((n + m, 2), order="F")
 
     for iteration in range(1, _MOST_STEPS + 1):
         evaluate()
         high, low = x + pressure > upper, x + pressure < lower
-        free = ~(high | low)
         shut = ~program.one_sided | (multipliers + _CONTACT * residual < 0)
+        known = np.flatnonzero(np.concatenate([high | low, ~shut]))
         step = np.where(high, upper - x, np.where(low, lower - x, 0.0))
-        relax = np.concatenate([-slope - hessian @ step, np.zeros(m)])
-        reach = np.concatenate([np.zeros(n), -residual - jacobian @ step])
-        system = np.zeros((n + m, n + m))
-        system[:n, :n], system[n:, :n] = hessian, jacobian
-        unknown = np.concatenate([free, shut])
-        factor, pivots, singular = dsytrf(system[np.ix_(unknown, unknown)], lower=1)
+        sides[:n, 0], sides[n:, 0] = -slope - hessian @ step, 0.0
+        sides[:n, 1], sides[n:, 1] = 0.0, -residual - jacobian @ step
+        sides[known] = 0.0
+        system[:n, :n], system[n:, :n], system[n:, n:] = hessian, jacobian, 0.0
+        # What is known keeps its place, with a one on the diagonal and nothing beside it.
+        system[known], system[:, known], system[known, known] = 0.0, 0.0, 1.0
+        factor, pivots, singular = dsytrf(system, lower=1, overwrite_a=1, lwork=BLOCK * (n + m))
         if singular or _negative(factor, pivots) != np.count_nonzero(shut):
             break  # the tangent has a saddle, not a minimum
-        solution = np.zeros((n + m, 2))
-        sides = np.column_stack([relax, reach])[unknown]
-        solution[unknown] = dsytrs(factor, pivots, sides, lower=1)[0]
+        solution = dsytrs(factor, pivots, sides, lower=1)[0]
         # Far targets are approached in parts: each part is a posture of least energy of its own.
         turn = np.max(np.abs(solution[:n, 1] / statement.scale))
         solution = solution @ [1.0, min(1.0, _FARTHEST / turn) if turn else 1.0]
         step += solution[:n]
         x += step
         multipliers[:] = solution[n:]
-        pressure = np.where(free, 0.0, -(slope + hessian @ step + jacobian.T @ multipliers))
-        largest = np.max(np.abs(step))
-        if largest < _LAST_STEP:
+        pressure = -(slope + hessian @ step + jacobian.T @ multipliers)
+        pressure[~(high | low)] = 0.0
+        # A limit that pulls is none: one more step lets the joint go.
+        if np.max(np.abs(step)) < _LAST_STEP and not np.any(pressure * (1.0 * low - high) > 0):
             x = np.clip(x, lower, upper)
             return Optimum(x, multipliers, pressure, True, True, "Newton_Converged", iteration)
     return Optimum(x, multipliers, pressure, False, False, "Newton_Did_Not_Converge", iteration)

@@ -13,7 +13,7 @@ import pytest
 from scipy.linalg import block_diag, null_space
 
 import posture_ik as pik
-from posture_ik.kinematics import Kinematics, frame_poses
+from posture_ik.arrays import call
 from posture_ik.posture.projection import Projection, task_rates
 
 MOVING = ["task.head.looking.nod_deg", "seat.recline_deg"]
@@ -66,25 +66,25 @@ def body() -> pik.Body:
 def test_minimal_and_maximal_coordinates_agree(body: pik.Body) -> None:
     """Velocities and accelerations of all bodies to 1e-8 of the largest."""
     rng = np.random.default_rng(8)
-    problem = pik.load_problem("recline_sweep")
-    twin, model = Kinematics.of(body.model), body.model
-    rates, drift_of = task_rates(twin, frame_poses(model, body.q_reference), problem, MOVING)
-    q = pik.solve_posture(body, pik.load_problem("reclined_15")).q
-    s, ds, dds, numbers = [0.0, 15.0], [30.0, 20.0], [5.0, -8.0], twin.values(model)
-    jacobian, moving = (x.full() for x in rates(q, s, ds, numbers))
+    model = body.model
+    posture = pik.solve_posture(body, pik.load_problem("recline_sweep"))
+    q, statement = posture.q, posture.statement
+    rates, drift_of = task_rates(statement.program)
+    signals = [0.0, 15.0], [30.0, 20.0], [5.0, -8.0]
+    targets, first, second = (x.full().ravel() for x in statement.along(MOVING)(*signals))
+    p = statement.at(statement.problem, targets).parameters
+    jacobian, moving = call(rates, q, p, first)
     data = model.createData()
     upper = np.triu(pin.crba(model, data, q))
     projection = Projection(upper + np.triu(upper, 1).T, jacobian, np.ones(model.nv, dtype=bool))
     v_guess, a_guess = rng.normal(size=(2, model.nv))
-    v = projection(v_guess, moving.ravel())[0]
-    drift = drift_of(q, v, s, ds, dds, numbers).full().ravel()
+    v = projection(v_guess, moving)[0]
+    (drift,) = call(drift_of, q, v, p, first, second)
     a = projection(a_guess, drift)[0]
 
     maximal = Maximal(model, q, v)
     tasks = jacobian @ np.linalg.pinv(maximal.joints)
-    twists = maximal.project(
-        maximal.joints @ v_guess, tasks, np.zeros(len(maximal.bias)), -moving.ravel()
-    )
+    twists = maximal.project(maximal.joints @ v_guess, tasks, np.zeros(len(maximal.bias)), -moving)
     expected = maximal.joints @ v
     np.testing.assert_allclose(twists, expected, atol=1e-8 * np.abs(expected).max())
 

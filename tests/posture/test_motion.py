@@ -7,10 +7,11 @@ import pinocchio as pin
 import pytest
 
 import posture_ik as pik
+from posture_ik.arrays import call
 from posture_ik.errors import BadProblem, MotionStopped
-from posture_ik.kinematics import Kinematics, frame_poses
 from posture_ik.posture.motion import Motion, move
 from posture_ik.posture.projection import Projection, task_rates
+from posture_ik.posture.statement import Statement
 
 
 @pytest.fixture(scope="module")
@@ -54,20 +55,20 @@ def test_tasks_are_respected_at_every_level(name: str, request: pytest.FixtureRe
 def test_the_correction_is_m_orthogonal_to_the_free_motions(body: pik.Body) -> None:
     """(v - v0)ᵀ M z = 0 for every z with J z = 0; relative to the largest entry, 1e-10."""
     rng = np.random.default_rng(2)
-    problem = pik.load_problem("nod")
-    reference = frame_poses(body.model, body.q_reference)
-    twin = Kinematics.of(body.model)
-    rates, _ = task_rates(twin, reference, problem, ["task.head.looking.nod_deg"])
     q = body.q_reference + 0.05 * rng.normal(size=body.model.nv)
-    jacobian, moving = (x.full() for x in rates(q, [3.0], [50.0], twin.values(body.model)))
+    statement = Statement.of(body, pik.load_problem("nod"))
+    nodding = statement.along(["task.head.looking.nod_deg"])
+    targets, moved, _ = (x.full().ravel() for x in nodding(3.0, 50.0, 0.0))
+    p = statement.at(statement.problem, targets).parameters
+    jacobian, moving = call(task_rates(statement.program)[0], q, p, moved)
     data = body.model.createData()
     upper = np.triu(pin.crba(body.model, data, q))
     mass = upper + np.triu(upper, 1).T
     free = np.ones(body.model.nv, bool)
     free[[5, 40]] = False
     guess = rng.normal(size=body.model.nv)
-    v, multipliers = Projection(mass, jacobian, free)(guess, moving.ravel())
-    np.testing.assert_allclose(jacobian @ v + moving.ravel(), 0.0, atol=1e-12)
+    v, multipliers = Projection(mass, jacobian, free)(guess, moving)
+    np.testing.assert_allclose(jacobian @ v + moving, 0.0, atol=1e-12)
     assert np.all(v[~free] == 0.0)
     start = np.where(free, guess, 0.0)
     momentum = (mass @ (v - start))[free]
@@ -84,14 +85,12 @@ def test_the_drift_is_pinocchios_classical_acceleration(body: pik.Body) -> None:
     problem = pik.Problem(
         task=(pik.Frame(frame="hand_r", components=("x", "y", "z"), position=(0.3, -0.2, 0.2)),)
     )
-    twin = Kinematics.of(body.model)
-    reference = frame_poses(body.model, body.q_reference)
-    rates, drift = task_rates(twin, reference, problem, ["task.frame.position.x"])
+    statement = Statement.of(body, problem)
+    rates, drift = task_rates(statement.program)
     rng = np.random.default_rng(4)
     q, v, a = rng.uniform(0.5 * body.lower, 0.5 * body.upper), *rng.normal(size=(2, body.model.nv))
-    numbers = twin.values(body.model)
-    jacobian = rates(q, [0.3], [0.0], numbers)[0].full()
-    ours = jacobian @ a + drift(q, v, [0.3], [0.0], [0.0], numbers).full().ravel()
+    p, still = statement.parameters, np.zeros(statement.program.targets)
+    ours = call(rates, q, p, still)[0] @ a + call(drift, q, v, p, still, still)[0]
     data = body.model.createData()
     pin.forwardKinematics(body.model, data, q, v, a)
     frame = body.model.getFrameId("hand_r")
