@@ -26,6 +26,7 @@ import xarray as xr
 from posture_ik.arrays import Array, call
 from posture_ik.body import Body
 from posture_ik.errors import BadProblem, InfeasiblePosture, MotionStopped, PostureNotFound
+from posture_ik.kinematics import data_of, weightless
 from posture_ik.posture.projection import Projection, task_rates
 from posture_ik.posture.result import Posture
 from posture_ik.posture.solve import solve_statement
@@ -189,9 +190,9 @@ def move(body: Body, problem: Problem, on_step: Callable[[int, int], None] | Non
         (drift,) = call(drift_of, q[k], v, p, target_rates[k], target_accelerations[k])
         a = projection(a_guess[k], drift)[0]
         torque, limit, multipliers = dynamics.share(posture, v, a, jacobian)
+        taken = dynamics.taken()
         held = replace(posture, multipliers=multipliers, limit_multipliers=limit)
         misses = [posture.misses, jacobian @ v + moved, jacobian @ a + drift]
-        taken = dynamics.taken()
         steps.append((held, v, a, torque, limit, misses, taken, projection.dependent))
     held, v, a, torque, limit, misses, taken, dependent = zip(*steps, strict=True)
     acting = np.array([[wrench[1:] for wrench in posture.wrenches] for posture in held])
@@ -253,10 +254,8 @@ class _Dynamics:
 
     def __init__(self, body: Body, gravity: bool) -> None:
         self.body = body
-        self.model = body.model.copy()
-        if not gravity:
-            self.model.gravity = pin.Motion.Zero()
-        self.data = self.model.createData()
+        self.model = body.model if gravity else weightless(body.model)
+        self.data = data_of(self.model)
 
     def mass_matrix(self, q: Array) -> Array:
         """M (n, n), its upper triangle."""

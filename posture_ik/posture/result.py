@@ -13,7 +13,7 @@ from scipy.linalg import eigh, eigvalsh, qr
 
 from posture_ik.arrays import Array, call
 from posture_ik.body import Body
-from posture_ik.kinematics import frame_poses
+from posture_ik.kinematics import data_of, frame_poses, weightless
 from posture_ik.posture.pieces import ActiveLimit, Certificate, Prestrain, Wrench
 from posture_ik.posture.statement import Statement
 from posture_ik.posture.tasks import Constraint
@@ -149,10 +149,9 @@ class Posture:
 
         Pinocchio's static inverse dynamics under the tasks' forces, and weight if counted.
         """
-        model = self.body.model.copy()
-        if not self.problem.posture.gravity:
-            model.gravity = pin.Motion.Zero()
-        data = model.createData()
+        weighs = self.problem.posture.gravity
+        model = self.body.model if weighs else weightless(self.body.model)
+        data = data_of(model)
         pin.framesForwardKinematics(model, data, self.q)
         outer = [pin.Force.Zero() for _ in range(model.njoints)]
         names = [frame for constraint in self.constraints for frame in constraint.frames]
