@@ -12,6 +12,7 @@ from posture_ik.errors import BadProblem, MotionStopped
 from posture_ik.posture.motion import Motion, move
 from posture_ik.posture.projection import Projection, task_rates
 from posture_ik.posture.statement import Statement
+from posture_ik.problem import with_numbers
 
 
 @pytest.fixture(scope="module")
@@ -99,6 +100,23 @@ def test_the_drift_is_pinocchios_classical_acceleration(body: pik.Body) -> None:
     np.testing.assert_allclose(ours, classical, atol=1e-10 * np.abs(classical).max())
     spatial = pin.getFrameAcceleration(body.model, data, frame, world).linear
     assert np.abs(ours - spatial).max() > 0.1
+
+
+def test_targets_in_time_are_those_of_the_problem_at_that_instant(body: pik.Body) -> None:
+    """All at once and one by one; their rates by central differences, 1e-7 of a step of 1e-4 s."""
+    problem = pik.load_problem("recline_sweep")
+    signal, moving = problem.motion.signal[0], Statement.of(body, problem)
+    follow = moving.along([signal.of])
+    times = 0.3 + np.array([-1e-4, 0.0, 1e-4])
+    targets, rates, bends = (x.full().T for x in follow(*[c[None] for c in signal.at(times)]))
+    still = with_numbers(problem, {signal.of: signal.at(times)[0][1]})
+    ours, afresh = moving.at(still, targets[1]), Statement.of(body, still)
+    np.testing.assert_allclose(ours.parameters, afresh.parameters, atol=1e-14)
+    for one, other in zip(ours.constraints, afresh.constraints, strict=True):
+        np.testing.assert_allclose(one.target, other.target, atol=1e-14)
+    assert np.abs(rates[1]).max() > 0.01
+    np.testing.assert_allclose((targets[2] - targets[0]) / 2e-4, rates[1], atol=1e-7)
+    np.testing.assert_allclose((rates[2] - rates[0]) / 2e-4, bends[1], atol=1e-6)
 
 
 def test_projected_rates_converge_to_those_of_the_positions(body: pik.Body) -> None:
