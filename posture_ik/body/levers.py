@@ -66,12 +66,12 @@ def _add(body: Body, levers: Mapping[str, Lever]) -> Body:
             dampers.append(lever.damping)
             rest.append(value)
         rod = pin.Inertia.FromCylinder(lever.mass, _RADIUS, lever.length)
-        middle = placement * pin.SE3(np.eye(3), np.array([0.0, 0.0, lever.length / 2]))
-        model.appendBodyToJoint(joint, rod, middle)
+        rod.lever = np.array([0.0, 0.0, lever.length / 2])
         handle = pin.utils.rotate("y", np.radians(lever.handle_deg))
         grip = placement * pin.SE3(handle, np.array([0.0, 0.0, lever.length]))
-        for link, pose in ((f"lever_{name}", placement), (f"lever_{name}_grip", grip)):
-            model.addFrame(pin.Frame(link, joint, 0, pose, pin.FrameType.BODY))
+        kind = pin.FrameType.BODY
+        model.addFrame(pin.Frame(f"lever_{name}", joint, 0, placement, kind, rod))
+        model.addFrame(pin.Frame(f"lever_{name}_grip", joint, 0, grip, kind))
     return replace(
         body,
         model=model,

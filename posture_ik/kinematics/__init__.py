@@ -2,6 +2,14 @@
 
 from posture_ik.kinematics.dynamics import inverse_dynamics
 from posture_ik.kinematics.joints import Motion, Pose
-from posture_ik.kinematics.twin import Kinematics, frame_poses
+from posture_ik.kinematics.twin import Kinematics, data_of, frame_poses, weightless
 
-__all__ = ["Kinematics", "Motion", "Pose", "frame_poses", "inverse_dynamics"]
+__all__ = [
+    "Kinematics",
+    "Motion",
+    "Pose",
+    "data_of",
+    "frame_poses",
+    "inverse_dynamics",
+    "weightless",
+]

@@ -266,14 +266,29 @@ class Kinematics:
         return matrix
 
 
+# Slow enough to make to be worth keeping.
 _data: WeakKeyDictionary[pin.Model, pin.Data] = WeakKeyDictionary()
+_weightless: WeakKeyDictionary[pin.Model, pin.Model] = WeakKeyDictionary()
+
+
+def data_of(model: pin.Model) -> pin.Data:
+    """The one work space of a model; the next computation overwrites it."""
+    if model not in _data:
+        _data[model] = model.createData()
+    return _data[model]
+
+
+def weightless(model: pin.Model) -> pin.Model:
+    """A model as it was when first asked for, without gravity."""
+    if model not in _weightless:
+        _weightless[model] = model.copy()
+        _weightless[model].gravity = pin.Motion.Zero()
+    return _weightless[model]
 
 
 def frame_poses(model: pin.Model, q: Array) -> dict[str, pin.SE3]:
     """Pose of every link of a model in the world, by name, at a configuration (nq,)."""
-    if model not in _data:
-        _data[model] = model.createData()  # slow enough to be worth keeping
-    data = _data[model]
+    data = data_of(model)
     pin.framesForwardKinematics(model, data, q)
     return {
         frame.name: data.oMf[i].copy()

@@ -116,7 +116,9 @@ class Activity:
     @cached_property
     def activation(self) -> Array:
         """Activations, (T, 50), 0 to 1."""
-        return np.array([np.concatenate([r.activation for r in arms]) for arms in self.recruitments])
+        return np.array(
+            [np.concatenate([r.activation for r in arms]) for arms in self.recruitments]
+        )
 
     @cached_property
     def reserve(self) -> Array:
@@ -349,7 +351,9 @@ def _jacobian(body: Body, data: pin.Data, q: Array, frame: str) -> Array:
     return jacobian
 
 
-def _bearing(body: Body, data: pin.Data, q: Array, jacobian: Array, rows: Array, load: Array) -> Array:
+def _bearing(
+    body: Body, data: pin.Data, q: Array, jacobian: Array, rows: Array, load: Array
+) -> Array:
     """What weight and the hand's load add to the stiffness of an arm, (7, 7), N m/rad.
 
     d(h - Jᵀ F)/dq, with d²p/dq_i dq_j = w_i x dp/dq_j for i inside j.

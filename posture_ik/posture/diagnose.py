@@ -9,7 +9,7 @@ from functools import cache
 import casadi as ca
 import numpy as np
 
-from posture_ik.arrays import Array
+from posture_ik.arrays import Array, call
 from posture_ik.errors import InfeasiblePosture, Miss
 from posture_ik.posture.program import Program
 from posture_ik.posture.statement import Statement
@@ -103,7 +103,7 @@ def nearest_attempt(statement: Statement) -> Attempt:
     )
     x, missed = np.split(found["x"].full().ravel(), [len(lower)])
     q = np.clip(statement.q_ergo + x / statement.scale, body.lower, body.upper)
-    overturn = program.overturn(q, statement.parameters).full().ravel()
+    (overturn,) = call(program.overturn, q, statement.parameters)
     return Attempt(statement, q, missed, overturn, found["lam_x"].full().ravel()[: len(lower)])
 
 

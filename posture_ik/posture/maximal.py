@@ -26,6 +26,10 @@ from scipy.sparse.linalg import splu
 
 from posture_ik.arrays import Array
 from posture_ik.posture.result import Posture
+from posture_ik.problem import SPINE
+
+#: Bodies beside the spine, by how their links' names begin.
+_OTHERS = ("humerus_", "ulna_", "radius_", "hand_", "lever_")
 
 
 class Projected(NamedTuple):
@@ -97,6 +101,45 @@ class Maximal:
         forces, mu = np.split(multipliers, [len(joints)])
         wrenches = -(self._rows.T @ forces)
         return Projected((guess + step).reshape(-1, 6), wrenches.reshape(-1, 6), mu)
+
+
+class Bodies(NamedTuple):
+    """Motion of b bodies, vertebrae, arms and levers, by their origins, in the world's axes.
+
+    Attributes:
+        names: of their links.
+        position: (T, b, 3), m; `orientation`: quaternions (T, b, 4), x y z w.
+        velocity, acceleration: (T, b, 6), linear above angular; m/s, rad/s, per s² (classical).
+    """
+
+    names: tuple[str, ...]
+    position: Array
+    orientation: Array
+    velocity: Array
+    acceleration: Array
+
+
+def bodies_in_motion(model: pin.Model, q: Array, v: Array, a: Array) -> Bodies:
+    """A motion as multibody programs keep it, six coordinates a body; q, v, a are (T, n)."""
+    links = [
+        (index, frame.name)
+        for index, frame in enumerate(model.frames)
+        if frame.type == pin.FrameType.BODY
+        and (frame.name in SPINE or frame.name.startswith(_OTHERS))
+        and not frame.name.endswith("_grip")
+    ]
+    data = model.createData()
+    poses = np.empty((len(q), len(links), 7))
+    rates = np.empty((2, len(q), len(links), 6))
+    for k in range(len(q)):
+        pin.forwardKinematics(model, data, q[k], v[k], a[k])
+        for i, (index, _) in enumerate(links):
+            at = index, pin.LOCAL_WORLD_ALIGNED
+            poses[k, i] = pin.SE3ToXYZQUAT(pin.updateFramePlacement(model, data, index))
+            rates[0, k, i] = pin.getFrameVelocity(model, data, *at).vector
+            rates[1, k, i] = pin.getFrameClassicalAcceleration(model, data, *at).vector
+    names = tuple(name for _, name in links)
+    return Bodies(names, poses[..., :3], poses[..., 3:], rates[0], rates[1])
 
 
 def _task_rows(posture: Posture, data: pin.Data) -> Array:

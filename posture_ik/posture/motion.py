@@ -25,13 +25,15 @@ import pinocchio as pin
 import xarray as xr
 from scipy.linalg import null_space
 
-from posture_ik.arrays import Array
+from posture_ik.arrays import Array, call
 from posture_ik.body import Body
 from posture_ik.errors import BadProblem, InfeasiblePosture, MotionStopped, PostureNotFound
-from posture_ik.kinematics import Kinematics, frame_poses
+from posture_ik.kinematics import data_of, weightless
+from posture_ik.posture.maximal import bodies_in_motion
 from posture_ik.posture.projection import Projection, task_rates
 from posture_ik.posture.result import Posture
-from posture_ik.posture.solve import solve_posture
+from posture_ik.posture.solve import solve_statement
+from posture_ik.posture.statement import Statement
 from posture_ik.problem import BackrestContact, Problem, with_numbers
 
 
@@ -104,7 +106,7 @@ class Motion:
 
     def to_dataset(self) -> xr.Dataset:
         """Everything that a reader of `motion.nc` needs, named and with units."""
-        first = self.postures[0]
+        first, bodies = self.postures[0], bodies_in_motion(self.body.model, self.q, self.v, self.a)
         rows = [f"{c.label} {row}" for c in first.constraints for row in c.rows]
 
         def named(dims: tuple[str, ...], values: Array, unit: str, name: str) -> object:
@@ -127,6 +129,16 @@ class Motion:
                 "force": named(place, self.forces, "N", "on the person"),
                 "moment": named(place, self.moments, "N m", "on the person"),
                 "point": named(place, self.points, "m", "where the force acts"),
+                "position": named(("time", "body", "axis"), bodies.position, "m", "of the link"),
+                "orientation": named(
+                    ("time", "body", "quaternion"), bodies.orientation, "1", "of the link"
+                ),
+                "twist": named(
+                    ("time", "body", "component"), bodies.velocity, "m/s, rad/s", "of the link"
+                ),
+                "body_acceleration": named(
+                    ("time", "body", "component"), bodies.acceleration, "per s2", "of the link"
+                ),
             },
             coords={
                 "time": ("time", self.time, {"units": "s"}),
@@ -134,6 +146,9 @@ class Motion:
                 "constraint": rows,
                 "task": list(self.wrench_labels),
                 "axis": ["x", "y", "z"],
+                "body": list(bodies.names),
+                "quaternion": ["x", "y", "z", "w"],
+                "component": ["x", "y", "z", "rx", "ry", "rz"],
             },
             attrs={"title": self.problem.title, "redundant": ", ".join(self.redundant)},
         )
@@ -161,39 +176,44 @@ def move(body: Body, problem: Problem, on_step: Callable[[int, int], None] | Non
     values, rates, accelerations = (
         np.column_stack(course) for course in zip(*[s.at(times) for s in signals], strict=True)
     )
+    stills = [
+        with_numbers(problem, dict(zip(names, map(float, numbers), strict=True)))
+        for numbers in values
+    ]
+    first = Statement.of(body, stills[0])
+    courses = first.along(names)(values.T, rates.T, accelerations.T)
+    targets, target_rates, target_accelerations = (course.full().T for course in courses)
     postures: list[Posture] = []
-    for k, numbers in enumerate(values):
-        still = with_numbers(problem, dict(zip(names, map(float, numbers), strict=True)))
+    for k, still in enumerate(stills):
+        start = _ahead(postures) if postures else (first.q_ergo,)
         try:
-            postures.append(solve_posture(body, still, postures[-1].q if postures else None))
+            postures.append(solve_statement(first.at(still, targets[k]), *start))
         except (InfeasiblePosture, PostureNotFound) as error:
             raise MotionStopped(float(times[k]), error) from error
         if on_step:
             on_step(k + 1, len(times))
 
-    body = postures[0].body  # with the levers that follow
-    kinematics = Kinematics.of(body.model)
-    reference = frame_poses(body.model, body.q_reference)
-    rates_of, drift_of = task_rates(kinematics, reference, problem, names)
-    parameters = kinematics.values(body.model)
-    dynamics = _Dynamics(body, problem.posture.gravity)
+    rates_of, drift_of = task_rates(first.program)
+    dynamics = _Dynamics(first.body, problem.posture.gravity)
     q = np.array([posture.q for posture in postures])
     v_guess, a_guess = _differences(q, times, [posture.at_limit for posture in postures])
     steps = []
     for k, posture in enumerate(postures):
-        s, ds, dds = values[k], rates[k], accelerations[k]
-        jacobian, moved = (x.full() for x in rates_of(q[k], s, ds, parameters))
-        moved = moved.ravel()
+        p = posture.statement.parameters
+        jacobian, moved = call(rates_of, q[k], p, target_rates[k])
         projection = Projection(dynamics.mass_matrix(q[k]), jacobian, ~posture.at_limit)
         v = projection(v_guess[k], moved)[0]
-        drift = drift_of(q[k], v, s, ds, dds, parameters).full().ravel()
+        (drift,) = call(drift_of, q[k], v, p, target_rates[k], target_accelerations[k])
         a = projection(a_guess[k], drift)[0]
         torque, limit, multipliers = dynamics.share(posture, v, a, jacobian)
+        taken = dynamics.taken()
         held = replace(posture, multipliers=multipliers, limit_multipliers=limit)
-        seat = dynamics.seat(held)
         misses = [posture.misses, jacobian @ v + moved, jacobian @ a + drift]
-        steps.append((held, v, a, torque, limit, misses, *seat, projection.dependent))
-    held, v, a, torque, limit, misses, seat_force, seat_moment, dependent = zip(*steps, strict=True)
+        steps.append((held, v, a, torque, limit, misses, taken, projection.dependent))
+    held, v, a, torque, limit, misses, taken, dependent = zip(*steps, strict=True)
+    acting = np.array([[wrench[1:] for wrench in posture.wrenches] for posture in held])
+    force, moment, point = acting.transpose(2, 0, 1, 3)
+    seat_force, seat_moment = np.array(taken).transpose(1, 0, 2)
     rows = [f"{c.label} {row}" for c in postures[0].constraints for row in c.rows]
     return Motion(
         problem=problem,
@@ -206,9 +226,22 @@ def move(body: Body, problem: Problem, on_step: Callable[[int, int], None] | Non
         limit_load=np.array(limit),
         residuals=np.array(misses),
         redundant=tuple(rows[i] for i in sorted(set().union(*map(set, dependent)))),
-        seat_force=np.array(seat_force),
-        seat_moment=np.array(seat_moment),
+        seat_force=seat_force - force.sum(axis=1),
+        seat_moment=seat_moment - (moment + np.cross(point, force)).sum(axis=1),
     )
+
+
+#: Weights with which the last steps, the latest last, foretell the next: polynomials through them.
+_FORETELL = ((1,), (-1, 2), (1, -3, 3), (-1, 4, -6, 4), (1, -5, 10, -10, 5))
+
+
+def _ahead(postures: Sequence[Posture]) -> tuple[Array, Array, Array]:
+    """Foretell the next configuration (n,) and multipliers (m,); limits press as they last did."""
+    last = postures[-len(_FORETELL) :]
+    weights = np.array(_FORETELL[len(last) - 1])
+    q = weights @ [posture.q for posture in last]
+    multipliers = weights @ [posture.multipliers for posture in last]
+    return q, multipliers, last[-1].limit_multipliers
 
 
 def _differences(
@@ -237,16 +270,13 @@ class _Dynamics:
 
     def __init__(self, body: Body, gravity: bool) -> None:
         self.body = body
-        self.model = body.model.copy()
-        if not gravity:
-            self.model.gravity = pin.Motion.Zero()
-        self.data = self.model.createData()
+        self.model = body.model if gravity else weightless(body.model)
+        self.data = data_of(self.model)
         self.levers = np.array([dof.startswith("lever_") for dof in body.dofs])
 
     def mass_matrix(self, q: Array) -> Array:
-        """M (n, n)."""
-        upper = np.triu(pin.crba(self.model, self.data, q))
-        matrix: Array = upper + np.triu(upper, 1).T
+        """M (n, n), its upper triangle."""
+        matrix: Array = pin.crba(self.model, self.data, q)
         return matrix
 
     def share(
@@ -262,22 +292,20 @@ class _Dynamics:
         asked = asked - posture.prestrain_force + self.body.damping * v
         free, scale = ~posture.at_limit, np.sqrt(posture.stiffness)
         able, idle = free & ~self.levers, free & self.levers
-        basis = null_space(jacobian[:, idle].T)
-        multipliers: Array = np.linalg.lstsq(jacobian[:, idle].T, -asked[idle], rcond=None)[0]
+        multipliers, basis = np.zeros(len(jacobian)), np.eye(len(jacobian))
+        if idle.any():
+            multipliers = np.linalg.lstsq(jacobian[:, idle].T, -asked[idle], rcond=None)[0]
+            basis = null_space(jacobian[:, idle].T)
         left = -(asked + jacobian.T @ multipliers)[able] / scale[able]
         columns = jacobian[:, able].T @ basis / scale[able, None]
         multipliers = multipliers + basis @ np.linalg.lstsq(columns, left, rcond=1e-9)[0]
         tau = asked + jacobian.T @ multipliers
         return np.where(free, tau, 0.0), np.where(free, 0.0, -tau), multipliers
 
-    def seat(self, posture: Posture) -> tuple[Array, Array]:
-        """Force and moment (3,) of the seat about the origin, in the motion last shared.
+    def taken(self) -> tuple[Array, Array]:
+        """What the motion last shared takes beyond the weight: force and moment about the origin.
 
-        What the person's momentum takes beyond the weight, less all else that acts.
+        Of this the seat gives what nothing else that acts on the person does.
         """
         taken = self.data.liMi[1].act(self.data.f[1])
-        force, moment = taken.linear, taken.angular
-        for wrench in posture.wrenches:
-            force = force - wrench.force
-            moment = moment - wrench.moment - np.cross(wrench.point, wrench.force)
-        return force, moment
+        return taken.linear, taken.angular

@@ -1,15 +1,21 @@
 """Newton's method on the active set: a handful of exact steps where IPOPT takes a dozen.
 
 Each step solves the KKT system of the program linearised about (x, lambda), with the joints that
-press against a limit held there and the contacts that carry load held shut; which do is read off
-x and the multipliers together (a primal-dual active set, that is a semismooth Newton method):
+press against a limit held there, which are read off x and what presses them together (a
+primal-dual active set, that is a semismooth Newton method):
 
     [ H  Jᵀ ] [  dx    ]     [   grad f    ]
     [ J  0  ] [ lambda ]  = -[ psi - alpha ]
 
-Where the joints would turn far, only a part of psi - alpha is asked for in one step. There is no
-line search: where the factor's inertia is not that of a minimum (as many negative pivots as rows,
-the second-order condition) or the steps do not end, the method gives up and IPOPT has the word.
+One-sided rows join as the small quadratic program that the step leaves for their forces, which
+may only push. Those that carried load in the step before also stiffen H, along themselves alone:
+weight is held by its contacts, and without them H falls over.
+
+Where the joints would turn far, only a part of psi - alpha is asked for in one step. Where the
+factor's inertia is not that of a minimum (as many negative pivots as equations, the second-order
+condition) and contacts may yet stop the fall, the step is taken with the springs' Hessian alone,
+the identity. There is no line search: where there are no contacts, or the steps do not end, the
+method gives up and IPOPT has the word.
 """
 
 from __future__ import annotations
@@ -19,8 +25,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 from scipy.linalg.lapack import dsytrf, dsytrs
+from scipy.optimize import nnls
 
-from posture_ik.arrays import Array
+from posture_ik.arrays import BLOCK, Array
 from posture_ik.posture.optimum import Optimum
 from posture_ik.posture.statement import Statement
 
@@ -29,19 +36,30 @@ _LAST_STEP = 1e-8
 _MOST_STEPS = 25
 #: The farthest that a step may carry a joint towards the tasks, rad and m.
 _FARTHEST = 0.4
-#: Newtons that a metre of overlap counts for when contacts are told open from shut.
-_CONTACT = 1e6
+#: What a contact that carries load adds to H, N/m.
+_CONTACT = 1e5
 
 
-def solve_with_newton(statement: Statement, start: Array, lower: Array, upper: Array) -> Optimum:
+def solve_with_newton(
+    statement: Statement,
+    start: Array,
+    lower: Array,
+    upper: Array,
+    multipliers: Array | None = None,
+    pressure: Array | None = None,
+) -> Optimum:
     """Minimise a statement's program from a start within bounds, all in x (n,).
+
+    The multipliers of the rows (m,) and the pressure of the bounds (n,) start from zero unless
+    they are known from nearby.
 
     Returns:
         The optimum; where `converged` is False the point is worth nothing.
     """
     program = statement.program
     n, m = program.size, statement.rows
-    x, multipliers, pressure = start.copy(), np.zeros(m), np.zeros(n)
+    x, multipliers = start.copy(), np.zeros(m) if multipliers is None else multipliers.copy()
+    pressure = np.zeros(n) if pressure is None else pressure
     residual, slope = np.zeros(m), np.zeros(n)
     jacobian, hessian = np.zeros((m, n), order="F"), np.zeros((n, n), order="F")
     buffer: Any
@@ -50,39 +68,85 @@ def solve_with_newton(statement: Statement, start: Array, lower: Array, upper: A
         buffer.set_arg(i, argument.data)
     for i, result in enumerate((residual, jacobian, slope, hessian)):
         buffer.set_res(i, result.reshape(-1, order="F").data)
+    contact = program.one_sided
 
     for iteration in range(1, _MOST_STEPS + 1):
         evaluate()
         high, low = x + pressure > upper, x + pressure < lower
-        free = ~(high | low)
-        shut = ~program.one_sided | (multipliers + _CONTACT * residual < 0)
-        step = np.where(high, upper - x, np.where(low, lower - x, 0.0))
-        relax = np.concatenate([-slope - hessian @ step, np.zeros(m)])
-        reach = np.concatenate([np.zeros(n), -residual - jacobian @ step])
-        system = np.zeros((n + m, n + m))
-        system[:n, :n], system[n:, :n] = hessian, jacobian
-        unknown = np.concatenate([free, shut])
-        factor, pivots, singular = dsytrf(system[np.ix_(unknown, unknown)], lower=1)
-        if singular or _negative(factor, pivots) != np.count_nonzero(shut):
-            break  # the tangent has a saddle, not a minimum
-        solution = np.zeros((n + m, 2))
-        sides = np.column_stack([relax, reach])[unknown]
-        solution[unknown] = dsytrs(factor, pivots, sides, lower=1)[0]
+        fixed = np.flatnonzero(high | low)
+        toward = np.where(high, upper - x, np.where(low, lower - x, 0.0))
+        shut = contact & (multipliers < 0)
+        tangent, pull = hessian, slope
+        if shut.any():
+            tangent = hessian + _CONTACT * jacobian[shut].T @ jacobian[shut]
+            pull = slope + _CONTACT * jacobian[shut].T @ residual[shut]
+        held = jacobian[~contact]
+        factor, pivots, sound = _factored(tangent, held, fixed)
+        if not sound and not contact.any():
+            break  # the posture buckles, or one task repeats another
+        if not sound:
+            tangent, pull = np.eye(n), slope
+            factor, pivots, _ = _factored(tangent, held, fixed)
+
+        # What relaxes the springs, what meets the tasks, and what a unit push of each contact does.
+        sides = np.zeros((n + len(held), 2 + np.count_nonzero(contact)), order="F")
+        sides[:n, 0] = -pull - tangent @ toward
+        sides[n:, 1] = -residual[~contact] - held @ toward
+        sides[:n, 2:] = jacobian[contact].T
+        sides[fixed] = 0.0
+        solution = dsytrs(factor, pivots, sides, lower=1)[0]
         # Far targets are approached in parts: each part is a posture of least energy of its own.
         turn = np.max(np.abs(solution[:n, 1] / statement.scale))
-        solution = solution @ [1.0, min(1.0, _FARTHEST / turn) if turn else 1.0]
-        step += solution[:n]
+        free = solution[:, :2] @ [1.0, min(1.0, _FARTHEST / turn) if turn else 1.0]
+        free[:n] += toward
+        pushes = solution[:, 2:]
+        try:
+            push = _pushes(jacobian[contact] @ pushes[:n], residual + jacobian @ free[:n], contact)
+        except (ValueError, RuntimeError):
+            break  # one contact repeats another, or the steps have run away
+        free += pushes @ push
+        step = free[:n]
         x += step
-        multipliers[:] = solution[n:]
-        pressure = np.where(free, 0.0, -(slope + hessian @ step + jacobian.T @ multipliers))
-        largest = np.max(np.abs(step))
-        if largest < _LAST_STEP:
+        settled = np.array_equal(push > 0, shut[contact])
+        multipliers[~contact], multipliers[contact] = free[n:], -push
+        pressure = -(pull + tangent @ step + jacobian.T @ multipliers)
+        pressure[~(high | low)] = 0.0
+        # A limit that pulls is none: one more step lets the joint go.
+        settled &= not np.any(pressure * (1.0 * low - high) > 0)
+        if np.max(np.abs(step)) < _LAST_STEP and settled:
             x = np.clip(x, lower, upper)
-            return Optimum(x, multipliers, pressure, True, True, "Newton_Converged", iteration)
+            return Optimum(x, multipliers, pressure, True, sound, "Newton_Converged", iteration)
     return Optimum(x, multipliers, pressure, False, False, "Newton_Did_Not_Converge", iteration)
 
 
-def _negative(factor: Array, pivots: npt.NDArray[np.int32]) -> int:
-    """Negative eigenvalues of a Bunch-Kaufman factor: each 2x2 block (pivot < 0, twice) has one."""
+def _factored(
+    tangent: Array, held: Array, fixed: npt.NDArray[np.intp]
+) -> tuple[Array, npt.NDArray[np.int32], bool]:
+    """Bunch-Kaufman factor of the KKT matrix, its pivots, and whether its inertia is a minimum's.
+
+    Each 2x2 block (its pivot below 0, twice) has one negative eigenvalue.
+    """
+    count = len(tangent)
+    size = count + len(held)
+    system = np.zeros((size, size), order="F")
+    system[:count, :count], system[count:, :count] = tangent, held
+    # What is fixed keeps its place, with a one on the diagonal and nothing beside it.
+    system[fixed], system[:, fixed], system[fixed, fixed] = 0.0, 0.0, 1.0
+    factor, pivots, singular = dsytrf(system, lower=1, overwrite_a=1, lwork=BLOCK * size)
     single = pivots > 0
-    return int(np.sum(np.diag(factor)[single] < 0) + np.count_nonzero(~single) // 2)
+    negative = np.count_nonzero(np.diag(factor)[single] < 0) + np.count_nonzero(~single) // 2
+    return factor, pivots, not singular and negative == len(held)
+
+
+def _pushes(give: Array, gap: Array, contact: npt.NDArray[np.bool_]) -> Array:
+    """Least forces f >= 0 of the contacts that leave no overlap: gap + give f >= 0, f·that = 0.
+
+    Raises:
+        ValueError, RuntimeError: `give`, what a unit push of each contact does at all of them, is
+            not positive definite, or something is not finite.
+    """
+    if not contact.any():
+        return np.zeros(0)
+    root = np.linalg.cholesky((give + give.T) / 2)
+    force: Array = nnls(root.T, -np.linalg.solve(root, gap[contact]))[0]
+    return force

@@ -55,7 +55,8 @@ class Program:
         derivatives: `grad_f`, `jac_g`, `hess_lag` as CasADi functions for `nlpsol`.
         evaluate: (theta, p, lambda) -> residual (m,), its Jacobian (m, n), gradient (n,) and
             Hessian (n, n) of the Lagrangian, all with respect to x; gravity's potential ().
-        residual: (theta, p) -> residual (m,) alone.
+        residual: (theta, p) -> residual (m,) alone; p ends with `targets` numbers alpha.
+        jacobian: (theta, p) -> its Jacobian (m, n) with respect to theta.
         overturn: (theta, p) -> 1 - cos(phi) of every orientation held in full;
             `overturn_of_x` is the same as SX in x and p.
         wrenches: (theta, p, (lambda, 1)) -> force, moment and point (9, number of frames held) of
@@ -102,7 +103,8 @@ class Program:
         loads = holding + (_gravity_loads(kinematics, m + 1) if gravity else [])
         weights = ca.vertcat(multipliers, objective_weight)
         scale = ca.sqrt(stiffness)
-        slopes = _slopes(kinematics, loads, m + 1) / ca.repmat(scale.T, m + 1)
+        slopes_of_theta = _slopes(kinematics, loads, m + 1)
+        slopes = slopes_of_theta / ca.repmat(scale.T, m + 1)
         curvature = _curvature(kinematics, loads, weights, scale)
         curvature += _joining(kinematics, constraints, targets, multipliers, scale)
         x_of_theta = scale * (theta - ergonomic)
@@ -114,17 +116,18 @@ class Program:
             [theta, p, multipliers],
             [
                 residual,
-                slopes[:m, :],
+                ca.densify(slopes[:m, :]),
                 x_of_theta + slopes.T @ ca.vertcat(multipliers, 1),
-                ca.SX.eye(n) + ca.triu2symm(at_theta),
+                ca.densify(ca.SX.eye(n) + ca.triu2symm(at_theta)),
                 potential,
             ],
         )
+        self.targets = sum(target.numel() for target in targets)
         self.residual = ca.Function("residual", [theta, p], [residual])
+        self.jacobian = ca.Function("jacobian", [theta, p], [ca.densify(slopes_of_theta[:m, :])])
         self.overturn = ca.Function("overturn", [theta, p], [overturn])
-        self.wrenches = ca.Function(
-            "wrenches", [theta, p, weights], [ca.horzcat(*[_wrench(h, weights) for h in holding])]
-        )
+        wrenches = ca.densify(ca.horzcat(*[_wrench(load, weights) for load in holding]))
+        self.wrenches = ca.Function("wrenches", [theta, p, weights], [wrenches])
 
         x = ca.SX.sym("x", n)
         in_theta = ca.Function("in_theta", [theta, p, weights], outputs)

@@ -11,59 +11,42 @@ diag(M)^-½ first: the mass seen by a wrist and by the pelvis differ by five ord
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from functools import cache
 
 import casadi as ca
 import numpy as np
 import numpy.typing as npt
-import pinocchio as pin
-from scipy.linalg import qr
-from scipy.linalg.lapack import dsytrf, dsytrs
+from scipy.linalg.lapack import dgeqp3, dsytrf, dsytrs
 
-from posture_ik.arrays import Array
-from posture_ik.kinematics import Kinematics
-from posture_ik.posture.tasks import constraints_of
-from posture_ik.problem import Problem, with_numbers
+from posture_ik.arrays import BLOCK, Array
+from posture_ik.posture.program import Program
 
 
-def task_rates(
-    kinematics: Kinematics,
-    reference: Mapping[str, pin.SE3],
-    problem: Problem,
-    moving: Sequence[str],
-) -> tuple[ca.Function, ca.Function]:
-    """Differentiate a problem's tasks in time, exactly, along numbers of it that move.
+@cache
+def task_rates(program: Program) -> tuple[ca.Function, ca.Function]:
+    """Differentiate a program's tasks in time, exactly, along targets alpha that move.
 
-    With s (k,) the numbers named `moving`, the tasks' rates are J v + psi_t = 0 and, once more,
-    J a + drift = 0; the drift holds all of the second derivative that is not J a.
+    Their rates are J v + psi_t = 0 and, once more, J a + drift = 0; the drift holds all of the
+    second derivative that is not J a.
 
     Returns:
-        (theta, s, s', parameters) -> J (m, n) and psi_t (m,), and
-        (theta, v, s, s', s'', parameters) -> drift (m,).
+        (theta, p, alpha') -> J (m, n) and psi_t (m,), and
+        (theta, v, p, alpha', alpha'') -> drift (m,); p are the program's numbers, alpha the last.
     """
-    theta, v = kinematics.q, ca.SX.sym("v", kinematics.q.numel())
-    s, rate, acceleration = (ca.SX.sym(name, len(moving)) for name in ("s", "ds", "dds"))
-    symbols = dict(zip(moving, ca.vertsplit(s), strict=True))
-    residual = ca.vertcat(
-        *[
-            constraint.residual(
-                {f: kinematics.pose(f) for f in constraint.frames},
-                ca.SX(ca.vertcat(*constraint.target)),
-            )
-            for constraint in constraints_of(reference, with_numbers(problem, symbols))
-        ]
+    theta, v = ca.SX.sym("q", program.size), ca.SX.sym("v", program.size)
+    fixed = ca.SX.sym("p", program.residual.size1_in(1) - program.targets)
+    alpha, rate, acceleration = (
+        ca.SX.sym(name, program.targets) for name in ("alpha", "rate", "acceleration")
     )
-    at, along = ca.vertcat(theta, s), ca.vertcat(v, rate)
-    moved = ca.jtimes(residual, s, rate)
+    p = ca.vertcat(fixed, alpha)
+    residual = program.residual(theta, p)
+    moved = ca.jtimes(residual, alpha, rate)
+    at, along = ca.vertcat(theta, alpha), ca.vertcat(v, rate)
     drift = ca.jtimes(ca.jtimes(residual, at, along), at, along)
-    drift += ca.jtimes(residual, s, acceleration)
-    parameters = kinematics.parameters
-    jacobian = ca.jacobian(residual, theta)
+    drift += ca.jtimes(residual, alpha, acceleration)
     return (
-        ca.Function(
-            "rates", [theta, s, rate, parameters], [ca.densify(jacobian), ca.densify(moved)]
-        ),
-        ca.Function("drift", [theta, v, s, rate, acceleration, parameters], [ca.densify(drift)]),
+        ca.Function("rates", [theta, p, rate], [program.jacobian(theta, p), ca.densify(moved)]),
+        ca.Function("drift", [theta, v, p, rate, acceleration], [ca.densify(drift)]),
     )
 
 
@@ -71,7 +54,7 @@ class Projection:
     """The factored KKT matrix of one instant.
 
     Args:
-        mass: mass matrix M (n, n).
+        mass: mass matrix M (n, n); its upper triangle is read.
         jacobian: J (m, n).
         free: which degrees of freedom may move, bool (n,); the rest, at their limits, stay.
 
@@ -81,20 +64,23 @@ class Projection:
 
     def __init__(self, mass: Array, jacobian: Array, free: npt.NDArray[np.bool_]) -> None:
         self.free = free
-        self.mass = mass[np.ix_(free, free)]
-        self.scale = 1.0 / np.sqrt(np.diag(self.mass))
-        scaled = jacobian[:, free] * self.scale
-        _, triangle, order = qr(scaled.T, mode="economic", pivoting=True)
+        self.jacobian = jacobian
+        m, n = jacobian.shape
+        self.scale = np.where(free, 1.0 / np.sqrt(np.diag(mass)), 0.0)
+        columns = (jacobian * self.scale).T
+        triangle, order = dgeqp3(columns)[:2]
         pivots = np.abs(np.diag(triangle))
         rank = int(np.sum(pivots > 1e-9 * pivots.max(initial=0.0)))
-        self.rows = np.sort(order[:rank])
-        self.dependent = np.sort(order[rank:])
-        self.jacobian = jacobian[np.ix_(self.rows, np.flatnonzero(free))]
-        count = len(self.scale)
-        system = np.zeros((count + rank, count + rank))
-        system[:count, :count] = self.mass * np.outer(self.scale, self.scale)
-        system[count:, :count] = scaled[self.rows]
-        self._factor, self._pivots, _ = dsytrf(system, lower=1)
+        self.dependent = np.sort(order[rank:] - 1)
+        system = np.zeros((n + m, n + m), order="F")
+        np.multiply(mass, self.scale, out=system[:n, :n])
+        system[:n, :n] *= self.scale[:, None]
+        system[:n, n:] = columns
+        # What is held or left out keeps its place: a one on the diagonal and nothing beside it.
+        system[:, n + self.dependent] = 0.0
+        ones = np.concatenate([np.arange(n), n + self.dependent])
+        system[ones, ones] = 1.0
+        self._factor, self._pivots, _ = dsytrf(system, overwrite_a=1, lwork=BLOCK * (n + m))
 
     def __call__(self, guess: Array, offset: Array) -> tuple[Array, Array]:
         """Project a guess (n,) onto J x + offset = 0.
@@ -104,10 +90,8 @@ class Projection:
             M (x - guess) + Jᵀ multipliers = 0.
         """
         x = np.where(self.free, guess, 0.0)
-        missed = self.jacobian @ x[self.free] + offset[self.rows]
-        right = np.concatenate([np.zeros(len(self.scale)), -missed])
-        solution = dsytrs(self._factor, self._pivots, right, lower=1)[0]
-        x[self.free] += self.scale * solution[: len(self.scale)]
-        multipliers = np.zeros(len(offset))
-        multipliers[self.rows] = solution[len(self.scale) :]
-        return x, multipliers
+        missed = self.jacobian @ x + offset
+        missed[self.dependent] = 0.0
+        right = np.concatenate([np.zeros(len(x)), -missed])
+        solution = dsytrs(self._factor, self._pivots, right)[0]
+        return x + self.scale * solution[: len(x)], solution[len(x) :]

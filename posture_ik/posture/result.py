@@ -11,9 +11,9 @@ import pinocchio as pin
 import xarray as xr
 from scipy.linalg import eigh, eigvalsh, qr
 
-from posture_ik.arrays import Array
+from posture_ik.arrays import Array, call
 from posture_ik.body import Body
-from posture_ik.kinematics import frame_poses
+from posture_ik.kinematics import data_of, frame_poses, weightless
 from posture_ik.posture.pieces import ActiveLimit, Certificate, Prestrain, Wrench
 from posture_ik.posture.statement import Statement
 from posture_ik.posture.tasks import Constraint, handle_of
@@ -157,10 +157,9 @@ class Posture:
 
         Pinocchio's static inverse dynamics under the tasks' forces, and weight if counted.
         """
-        model = self.body.model.copy()
-        if not self.problem.posture.gravity:
-            model.gravity = pin.Motion.Zero()
-        data = model.createData()
+        weighs = self.problem.posture.gravity
+        model = self.body.model if weighs else weightless(self.body.model)
+        data = data_of(model)
         pin.framesForwardKinematics(model, data, self.q)
         outer = [pin.Force.Zero() for _ in range(model.njoints)]
         names = [frame for constraint in self.constraints for frame in constraint.frames]
@@ -260,7 +259,7 @@ class Posture:
     def overturned(self) -> bool:
         """Whether a frame held in all angles is more than a quarter turn from its target."""
         statement = self.statement
-        away = statement.program.overturn(self.q, statement.parameters).full()
+        (away,) = call(statement.program.overturn, self.q, statement.parameters)
         return bool(np.any(away > 1.0))
 
     # To a file
@@ -330,17 +329,16 @@ class Posture:
     @cached_property
     def _evaluated(self) -> tuple[Array, ...]:
         """Residual (m,), its Jacobian (m, n), gradient (n,), Hessian (n, n) in x; potential."""
-        values = self.statement.program.evaluate(
-            self.q, self.statement.parameters, self.multipliers
+        statement = self.statement
+        return tuple(
+            call(statement.program.evaluate, self.q, statement.parameters, self.multipliers)
         )
-        residual, jacobian, gradient, hessian, potential = (value.full() for value in values)
-        return residual.ravel(), jacobian, gradient.ravel(), hessian, potential
 
-    @property
+    @cached_property
     def misses(self) -> Array:
         """Miss of every row, (m,), m or rad; of one-sided rows the overrun."""
         statement = self.statement
-        residual = statement.program.residual(self.q, statement.parameters).full().ravel()
+        (residual,) = call(statement.program.residual, self.q, statement.parameters)
         over = np.minimum(residual, 0.0)
         missed: Array = np.where(statement.program.one_sided, over, residual)
         return missed
@@ -349,15 +347,15 @@ class Posture:
     def frame_wrenches(self) -> Array:
         """Force, moment and point of each constraint on each frame it holds, (frames, 3, 3)."""
         weights = np.append(self.multipliers, 1.0)
-        parts = self.statement.program.wrenches(self.q, self.statement.parameters, weights)
-        wrenches: Array = parts.full().T.reshape(-1, 3, 3)
+        (parts,) = call(self.statement.program.wrenches, self.q, self.statement.parameters, weights)
+        wrenches: Array = parts.T.reshape(-1, 3, 3)
         return wrenches
 
     @property
     def _spring_force(self) -> float:
         return max(1.0, float(np.max(np.abs(self.prestrain_force) / self.statement.scale)))
 
-    @property
+    @cached_property
     def at_limit(self) -> npt.NDArray[np.bool_]:
         """Which degrees of freedom press against a limit, (n,)."""
         press = np.abs(self.limit_multipliers) / self.statement.scale

@@ -35,13 +35,29 @@ def solve_posture(body: Body, problem: Problem, start: Array | None = None) -> P
         BadProblem: the problem names a link or joint that the body does not have.
     """
     statement = Statement.of(body, problem)
-    body = statement.body  # with the levers that follow
+    return solve_statement(statement, statement.q_ergo if start is None else np.asarray(start))
+
+
+def solve_statement(
+    statement: Statement,
+    start: Array,
+    multipliers: Array | None = None,
+    limit_multipliers: Array | None = None,
+) -> Posture:
+    """Solve a problem posed already from a start (n,), with its multipliers where a guess is known.
+
+    Raises:
+        InfeasiblePosture, PostureNotFound: as `solve_posture`.
+    """
     tick = perf_counter()
+    body = statement.body
     lower, upper = statement.x_of(body.lower), statement.x_of(body.upper)
-    x = np.zeros(len(lower)) if start is None else statement.x_of(np.asarray(start))
+    x, pressure = statement.x_of(start), None
+    if limit_multipliers is not None:
+        pressure = limit_multipliers / statement.scale
     for _ in range(_TRIES):
         first = np.clip(x, lower, upper)
-        found = solve_with_newton(statement, first, lower, upper)
+        found = solve_with_newton(statement, first, lower, upper, multipliers, pressure)
         if not found.converged:
             found = solve_with_ipopt(statement, first, lower, upper)
         posture = Posture(
@@ -57,12 +73,13 @@ def solve_posture(body: Body, problem: Problem, start: Array | None = None) -> P
             attempt = nearest_attempt(statement)
             if not attempt.reaches:
                 raise attempt.error()
-            x = statement.x_of(attempt.q)
+            x, multipliers, pressure = statement.x_of(attempt.q), None, None
             continue
         downhill = None if found.minimum else posture.downhill()
         if downhill is None:
             break
         x = found.x + downhill  # a saddle: leave it along its descending direction
+        multipliers = pressure = None
     else:
         raise PostureNotFound(
             f"the tasks can be reached, but the solver ended with {found.status!r}, or where the "

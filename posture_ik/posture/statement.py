@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
+import casadi as ca
 import numpy as np
 import pinocchio as pin
 
@@ -17,7 +18,7 @@ from posture_ik.errors import BadProblem, nearest
 from posture_ik.kinematics import Kinematics, frame_poses
 from posture_ik.posture.program import Program
 from posture_ik.posture.tasks import Constraint, constraints_of
-from posture_ik.problem import PostureBlock, Problem
+from posture_ik.problem import PostureBlock, Problem, with_numbers
 
 #: The dummy springs of `stiffness = "uniform"`: one for every turn, one for every stretch.
 UNIFORM_TURN, UNIFORM_STRETCH = 500.0, 1.0e6  # N m/rad, N/m
@@ -83,6 +84,37 @@ class Statement:
             stiffness,
             q_ergo,
             np.concatenate([reference.numbers, stiffness, q_ergo, *targets]),
+        )
+
+    def along(self, signals: Sequence[str]) -> ca.Function:
+        """How the targets follow numbers s of the problem, (k,), named as `--set` names them.
+
+        Returns:
+            (s, s', s'') -> targets alpha (t,) of all constraints in order, alpha' and alpha''.
+        """
+        s, rate, acceleration = (ca.SX.sym(name, len(signals)) for name in ("s", "ds", "dds"))
+        numbers = dict(zip(signals, ca.vertsplit(s), strict=True))
+        frames = _references[self.body].frames
+        moving = constraints_of(frames, with_numbers(self.problem, numbers))
+        alpha = ca.SX(ca.vertcat(*[ca.vertcat(*c.target) for c in moving]))
+        moved = ca.jtimes(alpha, s, rate)
+        bent = ca.jtimes(moved, s, rate) + ca.jtimes(alpha, s, acceleration)
+        return ca.Function("along", [s, rate, acceleration], [alpha, moved, bent])
+
+    def at(self, problem: Problem, targets: Array) -> Statement:
+        """The same statement with other numbers in the problem, and the targets these make."""
+        ends = np.cumsum([constraint.target.size for constraint in self.constraints])
+        parts = np.split(targets, ends[:-1])
+        stiffness = _stiffness(self.body, problem.posture)
+        numbers = self.parameters[: -len(stiffness) - len(self.q_ergo) - len(targets)]
+        return replace(
+            self,
+            problem=problem,
+            constraints=tuple(
+                replace(c, target=part) for c, part in zip(self.constraints, parts, strict=True)
+            ),
+            stiffness=stiffness,
+            parameters=np.concatenate([numbers, stiffness, self.q_ergo, targets]),
         )
 
     @property

@@ -9,8 +9,9 @@ import pinocchio as pin
 import pytest
 
 import posture_ik as pik
-from posture_ik.kinematics import Kinematics, frame_poses
+from posture_ik.arrays import call
 from posture_ik.posture.projection import Projection, task_rates
+from posture_ik.posture.statement import Statement
 
 Benchmark = Any  # pytest-benchmark's fixture is callable and has no public type
 
@@ -26,19 +27,19 @@ def body() -> pik.Body:
 def test_projection_step(benchmark: Benchmark, body: pik.Body) -> None:
     """Mass matrix, task rates, one factor, velocity and acceleration projected."""
     model, data = body.model, body.model.createData()
-    twin = Kinematics.of(model)
-    numbers = twin.values(model)
-    problem = pik.load_problem("nod")
-    rates, drift = task_rates(twin, frame_poses(model, body.q_reference), problem, [NODDING])
+    statement = Statement.of(body, pik.load_problem("nod"))
+    rates, drift = task_rates(statement.program)
+    course = statement.along([NODDING])(5.0, 30.0, 2.0)
+    targets, first, second = (x.full().ravel() for x in course)
+    p = statement.at(statement.problem, targets).parameters
     q, guess = body.q_reference, np.linspace(-1.0, 1.0, model.nv)
     free = np.ones(model.nv, dtype=bool)
 
     def step() -> np.ndarray:
-        jacobian, moving = (x.full() for x in rates(q, [5.0], [30.0], numbers))
-        upper = np.triu(pin.crba(model, data, q))
-        projection = Projection(upper + np.triu(upper, 1).T, jacobian, free)
-        v = projection(guess, moving.ravel())[0]
-        bend = drift(q, v, [5.0], [30.0], [2.0], numbers).full().ravel()
+        jacobian, moving = call(rates, q, p, first)
+        projection = Projection(pin.crba(model, data, q), jacobian, free)
+        v = projection(guess, moving)[0]
+        (bend,) = call(drift, q, v, p, first, second)
         return projection(guess, bend)[0]
 
     benchmark(step)

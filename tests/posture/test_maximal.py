@@ -7,7 +7,7 @@ import pinocchio as pin
 import pytest
 
 import posture_ik as pik
-from posture_ik.kinematics import Kinematics, frame_poses
+from posture_ik.arrays import call
 from posture_ik.posture.maximal import Maximal
 from posture_ik.posture.projection import Projection, task_rates
 
@@ -25,18 +25,17 @@ def test_minimal_and_maximal_coordinates_agree(body: pik.Body, name: str) -> Non
     rng = np.random.default_rng(8)
     problem = pik.load_problem(name)
     posture = pik.solve_posture(body, problem)
-    model, q = posture.body.model, posture.q
-    twin, reference = Kinematics.of(model), frame_poses(model, posture.body.q_reference)
-    rates, drift_of = task_rates(twin, reference, problem, MOVING)
-    s, ds, dds = [0.0, problem.seat.recline_deg], [30.0, 20.0], [5.0, -8.0]
-    numbers = twin.values(model)
-    jacobian, moving = (x.full() for x in rates(q, s, ds, numbers))
-    moving = moving.ravel()
-    upper = np.triu(pin.crba(model, model.createData(), q))
-    projection = Projection(upper + np.triu(upper, 1).T, jacobian, np.ones(model.nv, dtype=bool))
+    q, statement, model = posture.q, posture.statement, posture.body.model
+    rates, drift_of = task_rates(statement.program)
+    signals = [0.0, problem.seat.recline_deg], [30.0, 20.0], [5.0, -8.0]
+    targets, first, second = (x.full().ravel() for x in statement.along(MOVING)(*signals))
+    p = statement.at(statement.problem, targets).parameters
+    jacobian, moving = call(rates, q, p, first)
+    mass = pin.crba(model, model.createData(), q)
+    projection = Projection(mass, jacobian, np.ones(model.nv, dtype=bool))
     v_guess, a_guess = rng.normal(size=(2, model.nv))
     v, impulses = projection(v_guess, moving)
-    drift = drift_of(q, v, s, ds, dds, numbers).full().ravel()
+    (drift,) = call(drift_of, q, v, p, first, second)
     a, forces = projection(a_guess, drift)
 
     maximal = Maximal(posture, v)

@@ -7,10 +7,12 @@ import pinocchio as pin
 import pytest
 
 import posture_ik as pik
+from posture_ik.arrays import call
 from posture_ik.errors import BadProblem, MotionStopped
-from posture_ik.kinematics import Kinematics, frame_poses
 from posture_ik.posture.motion import Motion, move
 from posture_ik.posture.projection import Projection, task_rates
+from posture_ik.posture.statement import Statement
+from posture_ik.problem import with_numbers
 
 
 @pytest.fixture(scope="module")
@@ -60,20 +62,20 @@ def test_tasks_are_respected_at_every_level(name: str, request: pytest.FixtureRe
 def test_the_correction_is_m_orthogonal_to_the_free_motions(body: pik.Body) -> None:
     """(v - v0)ᵀ M z = 0 for every z with J z = 0; relative to the largest entry, 1e-10."""
     rng = np.random.default_rng(2)
-    problem = pik.load_problem("nod")
-    reference = frame_poses(body.model, body.q_reference)
-    twin = Kinematics.of(body.model)
-    rates, _ = task_rates(twin, reference, problem, ["task.head.looking.nod_deg"])
     q = body.q_reference + 0.05 * rng.normal(size=body.model.nv)
-    jacobian, moving = (x.full() for x in rates(q, [3.0], [50.0], twin.values(body.model)))
+    statement = Statement.of(body, pik.load_problem("nod"))
+    nodding = statement.along(["task.head.looking.nod_deg"])
+    targets, moved, _ = (x.full().ravel() for x in nodding(3.0, 50.0, 0.0))
+    p = statement.at(statement.problem, targets).parameters
+    jacobian, moving = call(task_rates(statement.program)[0], q, p, moved)
     data = body.model.createData()
     upper = np.triu(pin.crba(body.model, data, q))
     mass = upper + np.triu(upper, 1).T
     free = np.ones(body.model.nv, bool)
     free[[5, 40]] = False
     guess = rng.normal(size=body.model.nv)
-    v, multipliers = Projection(mass, jacobian, free)(guess, moving.ravel())
-    np.testing.assert_allclose(jacobian @ v + moving.ravel(), 0.0, atol=1e-12)
+    v, multipliers = Projection(mass, jacobian, free)(guess, moving)
+    np.testing.assert_allclose(jacobian @ v + moving, 0.0, atol=1e-12)
     assert np.all(v[~free] == 0.0)
     start = np.where(free, guess, 0.0)
     momentum = (mass @ (v - start))[free]
@@ -90,14 +92,12 @@ def test_the_drift_is_pinocchios_classical_acceleration(body: pik.Body) -> None:
     problem = pik.Problem(
         task=(pik.Frame(frame="hand_r", components=("x", "y", "z"), position=(0.3, -0.2, 0.2)),)
     )
-    twin = Kinematics.of(body.model)
-    reference = frame_poses(body.model, body.q_reference)
-    rates, drift = task_rates(twin, reference, problem, ["task.frame.position.x"])
+    statement = Statement.of(body, problem)
+    rates, drift = task_rates(statement.program)
     rng = np.random.default_rng(4)
     q, v, a = rng.uniform(0.5 * body.lower, 0.5 * body.upper), *rng.normal(size=(2, body.model.nv))
-    numbers = twin.values(body.model)
-    jacobian = rates(q, [0.3], [0.0], numbers)[0].full()
-    ours = jacobian @ a + drift(q, v, [0.3], [0.0], [0.0], numbers).full().ravel()
+    p, still = statement.parameters, np.zeros(statement.program.targets)
+    ours = call(rates, q, p, still)[0] @ a + call(drift, q, v, p, still, still)[0]
     data = body.model.createData()
     pin.forwardKinematics(body.model, data, q, v, a)
     frame = body.model.getFrameId("hand_r")
@@ -106,6 +106,23 @@ def test_the_drift_is_pinocchios_classical_acceleration(body: pik.Body) -> None:
     np.testing.assert_allclose(ours, classical, atol=1e-10 * np.abs(classical).max())
     spatial = pin.getFrameAcceleration(body.model, data, frame, world).linear
     assert np.abs(ours - spatial).max() > 0.1
+
+
+def test_targets_in_time_are_those_of_the_problem_at_that_instant(body: pik.Body) -> None:
+    """All at once and one by one; their rates by central differences, 1e-7 of a step of 1e-4 s."""
+    problem = pik.load_problem("recline_sweep")
+    signal, moving = problem.motion.signal[0], Statement.of(body, problem)
+    follow = moving.along([signal.of])
+    times = 0.3 + np.array([-1e-4, 0.0, 1e-4])
+    targets, rates, bends = (x.full().T for x in follow(*[c[None] for c in signal.at(times)]))
+    still = with_numbers(problem, {signal.of: signal.at(times)[0][1]})
+    ours, afresh = moving.at(still, targets[1]), Statement.of(body, still)
+    np.testing.assert_allclose(ours.parameters, afresh.parameters, atol=1e-14)
+    for one, other in zip(ours.constraints, afresh.constraints, strict=True):
+        np.testing.assert_allclose(one.target, other.target, atol=1e-14)
+    assert np.abs(rates[1]).max() > 0.01
+    np.testing.assert_allclose((targets[2] - targets[0]) / 2e-4, rates[1], atol=1e-7)
+    np.testing.assert_allclose((rates[2] - rates[0]) / 2e-4, bends[1], atol=1e-6)
 
 
 def test_projected_rates_converge_to_those_of_the_positions(body: pik.Body) -> None:
@@ -225,6 +242,8 @@ def test_the_dataset_names_what_it_holds(sweep: Motion) -> None:
         assert data[name].dims == ("time", "dof")
     for name in ("multiplier", "residual", "velocity_residual", "acceleration_residual"):
         assert data[name].dims == ("time", "constraint")
+    for name in ("twist", "body_acceleration"):
+        assert data[name].dims == ("time", "body", "component")
     assert data["force"].sizes == {"time": len(sweep.time), "task": 3, "axis": 3}
     assert all("units" in data[name].attrs for name in data.data_vars)
 
@@ -251,3 +270,16 @@ def test_a_motion_out_of_range_says_when(body: pik.Body) -> None:
 def test_a_problem_that_stands_still_cannot_move(body: pik.Body) -> None:
     with pytest.raises(BadProblem, match=r"say under .motion. how long to move"):
         move(body, pik.load_problem("upright"))
+
+
+def test_the_bodies_move_as_their_poses_do(push: Motion) -> None:
+    """Six coordinates a body against central differences of its pose: order 2 in the step."""
+    data = push.to_dataset().sel(body=["Head", "hand_r", "lever_cyclic"])
+    step = float(push.time[1])
+    for name, rate in (("position", "twist"), ("twist", "body_acceleration")):
+        values = data[name].values[..., :3]
+        # within: at the ends an acceleration is one-sided, of first order
+        slope = ((values[2:] - values[:-2]) / (2 * step))[3:-3]
+        told = data[rate].values[4:-4, :, :3]
+        # (pi step)² / 6 of a sine of 0.5 Hz at 20 Hz: 0.4 %
+        np.testing.assert_allclose(slope, told, atol=0.02 * np.abs(told).max())

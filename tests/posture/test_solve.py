@@ -48,7 +48,7 @@ def test_every_example_is_certified(postures: dict[str, Posture], name: str) -> 
 # --- the same minimum from elsewhere ---------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", RECLINED)
+@pytest.mark.parametrize("name", [*RECLINED, "reclined_15_gravity"])
 def test_one_energy_from_random_starts(
     body: pik.Body, postures: dict[str, Posture], name: str
 ) -> None:
