@@ -2,7 +2,7 @@
 
 Seven joints of an arm, 25 muscles: of all activations a that give the torques asked,
 
-    minimise  sum w (a - level)² + E ceiling² + sum reserve² / price
+    minimise  sum w (a - level)² + E ceiling² + price sum reserve²
     subject to  C a + reserve = demand,  0 <= a <= ceiling <= 1,
 
 a strictly convex quadratic program with one answer. C is each muscle's torque at full activation;
@@ -11,8 +11,8 @@ posture and for a motion alike. Plain, w = 1, level = 0 and E = 0, it is eq 32; 
 hardest working muscle work as little as can be, and the squares decide only among equals.
 
 The reserve stands in where muscles are too weak and nowhere else: it is asked for only once DAQP
-has shown that no activation gives the demand. Then its price is low enough for the torque that is
-missing to be, within some 1e-5 N m, the least there can be in the sense of squares.
+has shown that no activation gives the demand. Then its price is high enough for the torque that
+is missing to be, within some 1e-4 N m, the least there can be in the sense of squares.
 """
 
 from __future__ import annotations
@@ -30,8 +30,9 @@ import numpy.typing as npt
 from posture_ik.arrays import Array
 from posture_ik.errors import PostureIKError
 
-#: Square of the reserve (N m)² that costs as much as one muscle at full activation.
-_PRICE = 1e-6
+#: The reserve that costs as much as a muscle at full activation, as a share of the largest torque
+#: in capacity or demand: low enough to be a last resort, high enough to keep the program in scale.
+_SHARE = 1e-4
 #: E of the even share: so high that no more ceiling buys less squares.
 _EVENNESS = 1e6
 #: Beside a torque that is missing, less than this is bargained for its price, N m.
@@ -55,9 +56,10 @@ class Shortfall(NamedTuple):
 class Certificate(NamedTuple):
     """The numbers that say whether activations are the optimum, and the verdict.
 
-    `primal`: largest miss of a torque (N m) or overrun of a bound. `dual`: largest component of
-    the Lagrangian's gradient, or multiplier of the wrong sign, relative to the largest term.
-    `gap`: between the objectives of the program and of its dual, relative to 1 or the objective.
+    `primal`: largest miss of a torque (N m), of a reserve from what its price would buy (N m), or
+    overrun of a bound. `dual`: largest component of the Lagrangian's gradient, relative to its
+    largest term. `gap`: between the objectives of the program and of its dual, relative to 1 or
+    the objective; a multiplier of the wrong sign, or beside a bound that is not met, shows here.
     """
 
     primal: float
@@ -83,7 +85,7 @@ class Recruitment:
         bound_multipliers: of 0 <= a <= ceiling, (m,): positive where a muscle would give more if
             it could, negative where it is left at rest.
         ceiling: what no activation exceeds; 1 unless an even share was asked.
-        evenness, price: E and the price of the reserve, 0 where neither enters.
+        evenness, price: E, and the price of the reserve per (N m)²; 0 where it does not enter.
         iterations: of DAQP.
         duals: all multipliers of the program as DAQP ordered it, to start the next from.
     """
@@ -108,7 +110,7 @@ class Recruitment:
         cost = float(self.weights @ (self.activation - self.level) ** 2)
         if self.evenness:
             cost += self.evenness * self.ceiling**2
-        return cost + (float(self.reserve @ self.reserve) / self.price if self.price else 0.0)
+        return cost + self.price * float(self.reserve @ self.reserve)
 
     @property
     def answered(self) -> bool:
@@ -130,9 +132,9 @@ class Recruitment:
         """Whether this is the optimum, from the answer and its multipliers alone (KKT)."""
         a, y, z = self.activation, self.multipliers, self.bound_multipliers
         pressing = np.maximum(z, 0.0)
-        price = self.price or 1.0  # without a reserve its terms are 0 either way
         primal = max(
             np.max(np.abs(self.capacity @ a + self.reserve - self.demand)),
+            np.max(np.abs(self.reserve + y / (2 * self.price))) if self.price else 0.0,
             np.max(-a),
             np.max(a - self.ceiling),
             self.ceiling - 1.0,
@@ -140,16 +142,14 @@ class Recruitment:
         )
         pull = self.capacity.T @ y
         rows = [2 * self.weights * (a - self.level) + pull + z]
-        if self.price:
-            rows.append(2 * self.reserve / price + y)
         # Of the ceiling's own bound: what is left of its gradient, and only at 1.
         top = float(np.sum(pressing)) - 2 * self.evenness * self.ceiling if self.evenness else 0.0
         rows.append(np.array([min(top, 0.0) if self.ceiling >= 1.0 else top]))
-        largest = max(1.0, np.max(np.abs(pull)), np.max(np.abs(y)) if self.price else 0.0)
+        largest = max(1.0, np.max(np.abs(pull)))
         paid = (
             2 * self.weights * a @ (a - self.level)
             + 2 * self.evenness * self.ceiling**2
-            + 2 * self.reserve @ self.reserve / price
+            + 2 * self.price * self.reserve @ self.reserve
             + self.demand @ y
             + (max(top, 0.0) if self.evenness else pressing.sum())
         )
@@ -189,14 +189,15 @@ def recruit(
     """
     if weights is not None and not np.all((weights > 0) & (weights < np.inf)):
         raise PostureIKError("activation: weights must be positive; give one above 0 per muscle.")
-    answer = _attempt(capacity, demand, weights, level, _EVENNESS if evenly else 0.0, 0.0, start)
+    answer = _by_muscles(capacity, demand, weights, level, _EVENNESS if evenly else 0.0, start)
     if answer is None:
         # Not finite is not feasible either: it is told apart here, where time does not matter.
         if not np.isfinite(capacity).all() or not np.isfinite(demand).all():
             raise PostureIKError(
                 "activation: capacity and demand must be finite; check lengths and torques."
             )
-        answer = _attempt(capacity, demand, weights, level, 0.0, _PRICE, start)
+        plain = np.ones(capacity.shape[1]) if weights is None else weights
+        answer = _with_reserve(capacity, demand, plain, level)
     if answer is None:
         raise PostureIKError("activation: the solver found no optimum; rescale the torques.")
     return answer
@@ -220,81 +221,112 @@ class _Frame(NamedTuple):
     lower: Array
     hessian: Array
     slope: Array
-    ones: Array
     sense: npt.NDArray[np.int32]
 
 
 @lru_cache(maxsize=16)
-def _frame(n: int, m: int, evenness: float, price: float) -> _Frame:
-    """Unknowns: activations, then ceiling·√E or reserve/√price, so that all have like curvature.
+def _frame(n: int, m: int, evenness: float) -> _Frame:
+    """Unknowns: activations, then where asked ceiling·√E, so that all have like curvature.
 
     Rows: the joints' equations, then a - ceiling <= 0. Bounds: of the unknowns, then of the rows.
     """
-    extra, ceilings = (1, m) if evenness else (n if price else 0, 0)
-    size, count = m + extra, n + ceilings
+    size, count = (m + 1, n + m) if evenness else (m, n)
     rows = np.zeros((count, size))
     upper, lower = np.zeros(size + count), np.zeros(size + count)
     upper[:m] = 1.0
     if evenness:
         rows[n:, :m], rows[n:, m] = np.eye(m), -(evenness**-0.5)
         upper[:m], upper[m], lower[size + n :] = _FREE, evenness**0.5, -_FREE
-    if price:
-        rows[:, m:] = np.sqrt(price) * np.eye(n)
-        upper[m:size], lower[m:size] = _FREE, -_FREE
     sense = np.zeros(size + count, dtype=np.int32)
     sense[size : size + n] = _EQUAL
-    ones = np.ones(m)
-    ones.flags.writeable = False  # every answer with plain weights shows this array
-    return _Frame(rows, upper, lower, 2 * np.eye(size), np.zeros(size), ones, sense)
+    return _Frame(rows, upper, lower, 2 * np.eye(size), np.zeros(size), sense)
 
 
-def _attempt(
+def _by_muscles(
     capacity: Array,
     demand: Array,
     weights: Array | None,
     level: float,
     evenness: float,
-    price: float,
     start: Recruitment | None,
 ) -> Recruitment | None:
-    """Solve the program with the unknowns it needs; None where no activation gives the demand."""
+    """Solve the program without a reserve; None where no activation gives the demand."""
     n, m = capacity.shape
-    frame = _frame(n, m, evenness, price)
+    frame = _frame(n, m, evenness)
     rows, upper, lower = frame.rows.copy(), frame.upper.copy(), frame.lower.copy()
     hessian, slope = frame.hessian, frame.slope
     size = slope.size
     rows[:n, :m] = capacity
     upper[size : size + n] = lower[size : size + n] = demand
-    if weights is None:
-        weights = frame.ones
-    else:
-        hessian = np.diag(np.concatenate([2 * weights, np.full(size - m, 2.0)]))
+    if weights is not None:
+        hessian = hessian.copy()
+        np.fill_diagonal(hessian[:m, :m], 2 * weights)
     if level:
-        slope = np.concatenate([-2 * level * weights, np.zeros(size - m)])
+        slope = slope.copy()
+        slope[:m] = -2 * level * (1.0 if weights is None else weights)
     senses = [frame.sense]
     if start is not None and start.duals.size == upper.size:
         active = np.sign(start.duals).astype(np.int32) & _ACTIVE
         active[size : size + n] = _EQUAL
         # A start may hold more rows than can be active together: then begin again without.
         senses.insert(0, active)
-    # A reserve's multipliers are a million times the rest: only elimination holds there.
-    found = minimise(hessian, slope, rows, upper, lower, senses, eliminate=price > 0)
+    found = minimise(hessian, slope, rows, upper, lower, senses)
     if found is None:
         return None
     x, duals, iterations = found
-    a = np.maximum(np.minimum(x[:m], frame.ones), frame.slope[:m])  # rounding, 1e-12 at most
+    return Recruitment(
+        capacity,
+        demand,
+        np.ones(m) if weights is None else weights,
+        level,
+        activation=np.minimum(np.maximum(x[:m], 0.0), 1.0),  # rounding, 1e-12 at most
+        reserve=np.zeros(n),
+        multipliers=duals[size : size + n],
+        bound_multipliers=duals[:m] + duals[size + n :] if evenness else duals[:m],
+        ceiling=float(x[m] * evenness**-0.5) if evenness else 1.0,
+        evenness=evenness,
+        price=0.0,
+        iterations=iterations,
+        duals=duals,
+    )
+
+
+def _with_reserve(
+    capacity: Array, demand: Array, weights: Array, level: float
+) -> Recruitment | None:
+    """Solve the program with a reserve, which any demand has.
+
+    Unknowns are the activations and reserve·√price, torques in units of the largest: then no
+    number of the program is far from 1, and it is solved to rounding however wild the demand.
+    """
+    n, m = capacity.shape
+    unit = max(float(np.max(np.abs(capacity))), float(np.max(np.abs(demand)))) or 1.0
+    rows = np.hstack([capacity / unit, _SHARE * np.eye(n)])
+    right, free = demand / unit, np.full(n, _FREE)
+    found = minimise(
+        2 * np.diag(np.concatenate([weights, np.ones(n)])),
+        np.concatenate([-2 * level * weights, np.zeros(n)]),
+        rows,
+        np.concatenate([np.ones(m), free, right]),
+        np.concatenate([np.zeros(m), -free, right]),
+        [np.repeat(np.array([0, _EQUAL], dtype=np.int32), [m + n, n])],
+    )
+    if found is None:
+        return None
+    x, duals, iterations = found
+    activation = np.clip(x[:m], 0.0, 1.0)
     return Recruitment(
         capacity,
         demand,
         weights,
         level,
-        activation=a,
-        reserve=demand - capacity @ a if price else np.zeros(n),
-        multipliers=duals[size : size + n],
-        bound_multipliers=duals[:m] + duals[size + n :] if evenness else duals[:m],
-        ceiling=float(x[m] * evenness**-0.5) if evenness else 1.0,
-        evenness=evenness,
-        price=price,
+        activation,
+        reserve=demand - capacity @ activation,
+        multipliers=duals[m + n :] / unit,
+        bound_multipliers=duals[:m],
+        ceiling=1.0,
+        evenness=0.0,
+        price=(_SHARE * unit) ** -2,
         iterations=iterations,
         duals=duals,
     )
@@ -307,8 +339,6 @@ def minimise(
     upper: Array,
     lower: Array,
     senses: Sequence[npt.NDArray[np.int32]],
-    *,
-    eliminate: bool = False,
 ) -> tuple[Array, Array, int] | None:
     """Minimise ½ xᵀ hessian x + slope·x within bounds and rows, by DAQP.
 
@@ -320,7 +350,6 @@ def minimise(
         lower: likewise.
         senses: kinds of the bounds and rows and which are active at the start, in DAQP's terms,
             (k + r,) each; tried in turn.
-        eliminate: solve the equations for some x first.
 
     Returns:
         x (k,), the multipliers of bounds and rows (k + r,), positive at an upper bound, and the
@@ -336,7 +365,7 @@ def minimise(
             sense,
             primal_tol=1e-12,
             dual_tol=1e-12,
-            eq_reduction=1 if eliminate else -1,
+            eq_reduction=-1,
         )
         if flag == 1 and isfinite(x @ x):
             return x, info["lam"], info["iterations"]

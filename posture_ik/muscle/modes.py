@@ -102,7 +102,6 @@ def extremes(capacity: Array, activation: Array, slope: Array) -> tuple[Array, A
             upper,
             lower,
             [sense],
-            eliminate=True,
         )
         if found is None:
             raise PostureIKError("modes: no optimum found; capacity and slope must be finite.")
