@@ -93,18 +93,23 @@ def pennestri(muscles: Fibres, length: Array, rate: Array, activation: Array) ->
     l0 = working_length(muscles)
     x = (length - muscles.slack_length) / l0
     s = x - 0.95
-    f1 = np.exp(s**2 - 40 * s**4)
-    df1 = f1 * (2 * s - 160 * s**3)
+    s2 = s * s
+    f1 = np.exp(s2 - 40 * s2 * s2)
+    df1 = f1 * s * (2 - 160 * s2)
 
-    # exp(-1.1/w⁴) has long vanished in double precision at 0.1, and all its derivatives.
-    w = np.maximum(1 - rate / muscles.fastest, 0.1)
-    vanishing = 1.6 * np.exp(0.1 / w**2 - 1.1 / w**4)
+    # At 1 - v = 0.1 the exponential has long vanished in double precision, slopes and all.
+    u = 1 / np.maximum(1 - rate / muscles.fastest, 0.1)
+    u2 = u * u
+    vanishing = 1.6 * np.exp(u2 * (0.1 - 1.1 * u2))
     f2 = 1.6 - vanishing
-    df2 = vanishing * (4.4 / w**5 - 0.2 / w**3)
+    df2 = vanishing * u * u2 * (4.4 * u2 - 0.2)
 
     p = np.maximum(x - 0.22, 0.0)
-    f3 = 1.3 * np.arctan(0.1 * p**10)
-    df3 = 1.3 * p**9 / (1 + 0.01 * p**20)
+    p3 = p * p * p
+    p9 = p3 * p3 * p3
+    bent = 0.1 * p9 * p
+    f3 = 1.3 * np.arctan(bent)
+    df3 = 1.3 * p9 / (1 + bent * bent)
 
     f0 = muscles.peak_force
     return Force(
