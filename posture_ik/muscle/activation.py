@@ -33,8 +33,12 @@ from posture_ik.errors import PostureIKError
 #: The reserve that costs as much as a muscle at full activation, as a share of the largest torque
 #: in capacity or demand: low enough to be a last resort, high enough to keep the program in scale.
 _SHARE = 1e-4
-#: E of the even share: so high that no more ceiling buys less squares.
-_EVENNESS = 1e6
+#: E of the even share, tried in turn: the first so high that a higher ceiling buys no squares. A
+#: demand near the limit of strength makes a vertex of the program, and DAQP may see none there;
+#: lower ones round it, to 1e-4 of the ceiling and less, and at the very limit nothing is uneven.
+_EVENNESS = (1e6, 1e4, 1e3, 0.0)
+#: Muscles alone give a demand to this, N m; just beyond strength DAQP may stop a little short.
+_MISS = 1e-8
 #: Beside a torque that is missing, less than this is bargained for its price, N m.
 _TRIFLE = 1e-4
 _FREE = 1e30
@@ -58,8 +62,8 @@ class Certificate(NamedTuple):
 
     `primal`: largest miss of a torque (N m), of a reserve from what its price would buy (N m), or
     overrun of a bound. `dual`: largest component of the Lagrangian's gradient, relative to its
-    largest term. `gap`: between the objectives of the program and of its dual, relative to 1 or
-    the objective; a multiplier of the wrong sign, or beside a bound that is not met, shows here.
+    largest term. `gap`: between the objectives of the program and of its dual, relative to their
+    largest term; a multiplier of the wrong sign, or beside a bound that is not met, shows here.
     """
 
     primal: float
@@ -142,21 +146,22 @@ class Recruitment:
         )
         pull = self.capacity.T @ y
         rows = [2 * self.weights * (a - self.level) + pull + z]
-        # Of the ceiling's own bound: what is left of its gradient, and only at 1.
-        top = float(np.sum(pressing)) - 2 * self.evenness * self.ceiling if self.evenness else 0.0
-        rows.append(np.array([min(top, 0.0) if self.ceiling >= 1.0 else top]))
+        if self.evenness:
+            rows.append(np.array([2 * self.evenness * self.ceiling - np.sum(pressing)]))
         largest = max(1.0, np.max(np.abs(pull)))
-        paid = (
-            2 * self.weights * a @ (a - self.level)
-            + 2 * self.evenness * self.ceiling**2
-            + 2 * self.price * self.reserve @ self.reserve
-            + self.demand @ y
-            + (max(top, 0.0) if self.evenness else pressing.sum())
+        paid = np.array(
+            [
+                2 * self.weights * a @ (a - self.level),
+                2 * self.evenness * self.ceiling**2,
+                2 * self.price * self.reserve @ self.reserve,
+                self.demand @ y,
+                0.0 if self.evenness else np.sum(pressing),
+            ]
         )
         return Certificate(
             float(primal),
             float(np.max(np.abs(np.concatenate(rows))) / largest),
-            abs(float(paid)) / max(1.0, self.objective),
+            float(abs(np.sum(paid)) / max(1.0, np.max(np.abs(paid)))),
         )
 
 
@@ -189,7 +194,9 @@ def recruit(
     """
     if weights is not None and not np.all((weights > 0) & (weights < np.inf)):
         raise PostureIKError("activation: weights must be positive; give one above 0 per muscle.")
-    answer = _by_muscles(capacity, demand, weights, level, _EVENNESS if evenly else 0.0, start)
+    answer = None
+    for evenness in _EVENNESS if evenly else (0.0,):
+        answer = answer or _by_muscles(capacity, demand, weights, level, evenness, start)
     if answer is None:
         # Not finite is not feasible either: it is told apart here, where time does not matter.
         if not np.isfinite(capacity).all() or not np.isfinite(demand).all():
@@ -236,7 +243,7 @@ def _frame(n: int, m: int, evenness: float) -> _Frame:
     upper[:m] = 1.0
     if evenness:
         rows[n:, :m], rows[n:, m] = np.eye(m), -(evenness**-0.5)
-        upper[:m], upper[m], lower[size + n :] = _FREE, evenness**0.5, -_FREE
+        upper[:size], lower[size + n :] = _FREE, -_FREE
     sense = np.zeros(size + count, dtype=np.int32)
     sense[size : size + n] = _EQUAL
     return _Frame(rows, upper, lower, 2 * np.eye(size), np.zeros(size), sense)
@@ -274,16 +281,23 @@ def _by_muscles(
     if found is None:
         return None
     x, duals, iterations = found
+    ceiling = float(x[m] * evenness**-0.5) if evenness else 1.0
+    if ceiling > 1.0:  # not a bound of the program: with all muscles at both it is degenerate
+        return None
+    activation = np.minimum(np.maximum(x[:m], 0.0), 1.0)  # rounding, 1e-12 at most
+    miss = demand - capacity @ activation
+    if miss @ miss > _MISS**2:
+        return None
     return Recruitment(
         capacity,
         demand,
         np.ones(m) if weights is None else weights,
         level,
-        activation=np.minimum(np.maximum(x[:m], 0.0), 1.0),  # rounding, 1e-12 at most
+        activation,
         reserve=np.zeros(n),
         multipliers=duals[size : size + n],
         bound_multipliers=duals[:m] + duals[size + n :] if evenness else duals[:m],
-        ceiling=float(x[m] * evenness**-0.5) if evenness else 1.0,
+        ceiling=ceiling,
         evenness=evenness,
         price=0.0,
         iterations=iterations,

@@ -159,6 +159,23 @@ def test_beyond_strength_the_reserve_is_the_least(strengths, postures):
         )
 
 
+@pytest.mark.parametrize("evenly", [False, True])
+def test_at_the_limit_of_strength(strengths, loads, evenly):
+    """The farthest along a load that HiGHS finds, and a hair to either side: always an optimum.
+
+    Multipliers grow without bound there, 1e6 and more; the verdict turns within 1e-6 of it.
+    """
+    for capacity, load in zip(strengths[:40], loads, strict=False):
+        rows = np.hstack([capacity, -load[:, None]]) / np.abs(capacity).max(axis=1, keepdims=True)
+        bounds = [(0, 1)] * 25 + [(0, 1e4)]
+        farthest = linprog(np.append(np.zeros(25), -1), A_eq=rows, b_eq=np.zeros(7), bounds=bounds)
+        for share in (0.99, 1 - 1e-6, 1 - 1e-9, 1, 1 + 1e-9, 1 + 1e-6):
+            answer = recruit(capacity, share * farthest.x[-1] * load, evenly=evenly)
+            assert answer.certificate.holds
+            if abs(share - 1) >= 1e-6:
+                assert answer.answered == (share < 1)
+
+
 def test_a_joint_that_no_muscle_moves_names_its_reserve(strengths):
     capacity = strengths[0].copy()
     capacity[4] = 0.0
