@@ -228,6 +228,8 @@ class _Frame(NamedTuple):
     lower: Array
     hessian: Array
     slope: Array
+    none: Array
+    full: Array
     sense: npt.NDArray[np.int32]
 
 
@@ -246,7 +248,9 @@ def _frame(n: int, m: int, evenness: float) -> _Frame:
         upper[:size], lower[size + n :] = _FREE, -_FREE
     sense = np.zeros(size + count, dtype=np.int32)
     sense[size : size + n] = _EQUAL
-    return _Frame(rows, upper, lower, 2 * np.eye(size), np.zeros(size), sense)
+    none, full = np.zeros(m), np.ones(m)
+    full.flags.writeable = False  # it goes out as the plain weights
+    return _Frame(rows, upper, lower, 2 * np.eye(size), np.zeros(size), none, full, sense)
 
 
 def _by_muscles(
@@ -284,14 +288,14 @@ def _by_muscles(
     ceiling = float(x[m] * evenness**-0.5) if evenness else 1.0
     if ceiling > 1.0:  # not a bound of the program: with all muscles at both it is degenerate
         return None
-    activation = np.minimum(np.maximum(x[:m], 0.0), 1.0)  # rounding, 1e-12 at most
+    activation = np.minimum(np.maximum(x[:m], frame.none), frame.full)  # rounding, 1e-12 at most
     miss = demand - capacity @ activation
     if miss @ miss > _MISS**2:
         return None
     return Recruitment(
         capacity,
         demand,
-        np.ones(m) if weights is None else weights,
+        frame.full if weights is None else weights,
         level,
         activation,
         reserve=np.zeros(n),
