@@ -3,7 +3,7 @@
 The arm is the right one of a man of `ARM_STATURE`, in the axes of the hanging arm at the
 glenohumeral centre, as `posture_ik.body.arms` has it. Every piece of a path between two points
 crosses one of the shoulder, the forearm's two joints or the wrist, and is written in the frame of
-the round body beside it, so that its slopes have two or three entries.
+the surface beside it, so that its slopes have two or three entries.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from posture_ik.arrays import Array
 from posture_ik.body.arms import ARM_JOINTS
 from posture_ik.body.tables import numbers, read_table, table
 from posture_ik.kinematics.joints import Pose
-from posture_ik.muscle.wrap import Body, Ring, bend, straight
+from posture_ik.muscle.wrap import Ring, Surface, bend, straight
 
 DATA = Path(__file__).resolve().parent / "data"
 #: Links that paths are fixed to, the inner first, and the joints before each.
@@ -38,17 +38,17 @@ MARKS = np.vstack([np.zeros(3), np.eye(3)])
 
 
 class Element(NamedTuple):
-    """A point of a path, or a round body beside it.
+    """A point of a path, or a surface beside it.
 
     Attributes:
         link: Where it is fixed, one of `CHAIN`.
         place: Point or centre in the link's frame, (3,), m.
-        body: The round body, or None for a point.
+        surface: The surface, or None for a point.
     """
 
     link: str
     place: Array
-    body: Body | None
+    surface: Surface | None
 
 
 @cache
@@ -57,16 +57,16 @@ def elements() -> dict[str, tuple[Element, ...]]:
     trunk = trunk_frames()
     found: dict[str, list[Element]] = {}
     for row in read_table(DATA / "arm_paths.csv").values():
-        link, place, body = row["link"], np.array(numbers(row, "x_m", "y_m", "z_m")), None
-        if link in trunk:
-            link, place = "trunk", trunk[link].act(place)
+        frame = trunk.get(row["link"], pin.SE3.Identity())
+        link = "trunk" if row["link"] in trunk else row["link"]
+        place, surface = frame.act(np.array(numbers(row, "x_m", "y_m", "z_m"))), None
         if row["kind"] == "cylinder":
-            axis = np.array(numbers(row, "axis_x", "axis_y", "axis_z"))
+            axis = frame.rotation @ np.array(numbers(row, "axis_x", "axis_y", "axis_z"))
             turn = np.radians(float(row["turn_deg"]))
-            body = Body("cylinder", place, float(row["radius_m"]), axis, turn)
+            surface = Surface("cylinder", place, float(row["radius_m"]), axis, turn)
         elif row["kind"] != "point":
-            body = Body(row["kind"], place, float(row["radius_m"]))
-        found.setdefault(row["muscle"], []).append(Element(link, place, body))
+            surface = Surface(row["kind"], place, float(row["radius_m"]))
+        found.setdefault(row["muscle"], []).append(Element(link, place, surface))
     return {muscle: tuple(path) for muscle, path in found.items()}
 
 
@@ -101,7 +101,7 @@ class ArmGraph:
         self.lengths = ca.SX.zeros(len(elements()))
         slopes = ca.SX(len(elements()), len(ARM_JOINTS))
         for i, path in enumerate(elements().values()):
-            points = [k for k, element in enumerate(path) if element.body is None]
+            points = [k for k, element in enumerate(path) if element.surface is None]
             for k, after in pairwise(points):
                 beside = path[k + 1] if after == k + 2 else None
                 length, slope = self._piece(path[k], path[after], beside)
@@ -152,14 +152,14 @@ class ArmGraph:
         self, start: Element, end: Element, beside: Element | None
     ) -> tuple[ca.SX, dict[int, ca.SX]]:
         """Length of a piece and its slopes by the joints that it crosses."""
-        body = None if beside is None else beside.body
+        surface = None if beside is None else beside.surface
         here = _LINKS.index(start.link if beside is None else beside.link)
         if _LINKS.index(end.link) == here:  # then seen from here the start moves, if either
             start, end = end, start
-            body = body and body.reversed()
+            surface = surface and surface.reversed()
         there = _LINKS.index(end.link)
         near, far = ca.SX(start.place), self._seen(ca.SX(end.place), there, here)
-        piece = straight(near, far) if body is None else bend(near, far, body)
+        piece = straight(near, far) if surface is None else bend(near, far, surface)
         if piece.ring is not None:
             self._rings.append(piece.ring)
         moment = ca.cross(far, piece.pull)

@@ -15,7 +15,7 @@ import pinocchio as pin
 
 from posture_ik.arrays import Array
 from posture_ik.muscle.arm import CHAIN, Element, trunk_frames
-from posture_ik.muscle.wrap import Body, lean, leg, plane, reflect, turned
+from posture_ik.muscle.wrap import Surface, lean, leg, plane, reflect, turned
 
 #: Arcs are drawn by chords of at most this angle, rad.
 _CHORD = np.radians(5.0)
@@ -57,49 +57,49 @@ def places(poses: Mapping[str, pin.SE3], side: str, scale: float) -> dict[str, P
 def course(path: Sequence[Element], where: Mapping[str, Place]) -> Array:
     """Points (k, 3) along a path in the world, m."""
     ends = [
-        where[element.link].out(element.place) if element.body is None else np.zeros(3)
+        where[element.link].out(element.place) if element.surface is None else np.zeros(3)
         for element in path
     ]
     points = []
     for i, element in enumerate(path):
-        if element.body is None:
+        if element.surface is None:
             points.append(ends[i][None])
         else:
             place = where[element.link]
-            touching = _touching(place.back(ends[i - 1]), place.back(ends[i + 1]), element.body)
+            touching = _touching(place.back(ends[i - 1]), place.back(ends[i + 1]), element.surface)
             points.append(place.out(touching))
     return np.concatenate(points)
 
 
-def _touching(start: Array, end: Array, body: Body) -> Array:
-    """Points (k, 3) between two points (3,) where a path lies on a body, none if it does not."""
-    across = plane(body.axis) if body.axis is not None else np.eye(3)
-    p, s = across @ (start - body.centre), across @ (end - body.centre)
-    angle = float(turned(ca.DM(p), ca.DM(s), body)[0])
+def _touching(start: Array, end: Array, surface: Surface) -> Array:
+    """Points (k, 3) between two points (3,) where a path lies on a surface, none if it does not."""
+    across = plane(surface.axis) if surface.axis is not None else np.eye(3)
+    p, s = across @ (start - surface.centre), across @ (end - surface.centre)
+    angle = float(turned(ca.DM(p), ca.DM(s), surface)[0])
     squares = ca.DM(p @ p), ca.DM(s @ s)
-    legs = [leg(square, body.radius) for square in squares]
-    theta = angle + float(lean(legs, body.radius)) - np.pi
-    inside = body.kind == "inside"
+    legs = [leg(square, surface.radius) for square in squares]
+    theta = angle + float(lean(legs, surface.radius)) - np.pi
+    inside = surface.kind == "inside"
     if (theta < 0.0) != inside:
         return np.zeros((0, 3))
     # In the plane of the path, the first direction towards its start.
     first = p / np.linalg.norm(p)
-    if body.axis is None:
+    if surface.axis is None:
         second = s - (s @ first) * first
         second /= np.linalg.norm(second)
     else:
         second = np.array([-first[1], first[0]])
     if inside:
-        incidence = float(reflect(ca.DM(angle), squares, body.radius))
-        passing = body.radius * np.sin(incidence)
+        incidence = float(reflect(ca.DM(angle), squares, surface.radius))
+        passing = surface.radius * np.sin(incidence)
         angles = np.array([incidence - np.arcsin(passing / np.linalg.norm(p))])
     else:
-        leave = np.pi / 2 - float(lean(legs[:1], body.radius))
+        leave = np.pi / 2 - float(lean(legs[:1], surface.radius))
         angles = leave + np.linspace(0.0, theta, 2 + int(theta / _CHORD))
-    flat = body.radius * (np.outer(np.cos(angles), first) + np.outer(np.sin(angles), second))
-    if body.axis is None:
-        return np.asarray(body.centre + flat)
-    run = float(legs[0]) + body.radius * (angles - angles[0])
-    share = run / (float(legs[0] + legs[1]) + body.radius * theta)
-    climb = (start - body.centre) @ body.axis + share * ((end - start) @ body.axis)
-    return np.asarray(body.centre + flat @ across + np.outer(climb, body.axis))
+    flat = surface.radius * (np.outer(np.cos(angles), first) + np.outer(np.sin(angles), second))
+    if surface.axis is None:
+        return np.asarray(surface.centre + flat)
+    run = float(legs[0]) + surface.radius * (angles - angles[0])
+    share = run / (float(legs[0] + legs[1]) + surface.radius * theta)
+    climb = (start - surface.centre) @ surface.axis + share * ((end - start) @ surface.axis)
+    return np.asarray(surface.centre + flat @ across + np.outer(climb, surface.axis))

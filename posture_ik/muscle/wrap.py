@@ -1,23 +1,24 @@
-"""How long a muscle is between two points when a round body stands in its way, in closed form.
+"""How long a muscle is between two points past a sphere or a cylinder, in closed form.
 
-Seen along the body's axis (for a sphere: from across the plane of both points and the centre), the
-points lie at r0 and r1 from the centre and the path turns by the angle G from one to the other. A
-string that bends at the radius R meets it at the incidence ψ and passes the centre at the distance
-p = R sin ψ, and its length is
+Seen along the surface's axis (for a sphere: from across the plane of both points and the centre),
+the points lie at r0 and r1 from the centre and the path turns by the angle G from one to the other.
+A string that bends at the radius R meets it at the incidence ψ and passes the centre at the
+distance p = R sin ψ, and its length is
 
     W = √(r0² − p²) + √(r1² − p²) − 2 R cos ψ + p f
     f = G + asin(p/r0) + asin(p/r1) − 2 ψ
 
-Over an `outside` body it leaves along the tangent: ψ = 90 deg, and R f is the arc. Through an
+Over an `outside` surface it leaves along the tangent: ψ = 90 deg, and R f is the arc. Through an
 `inside` one, a ring that it must pass, it is reflected in one point: f = 0, which gives ψ. Either
 way W is stationary in ψ where f = 0 or the string is tangent, so its slopes are those at fixed ψ.
 
-θ, the value of f at 90 deg, says who touches: a string over a body does where θ > 0, one through a
-ring where θ < 0. At θ = 0 W equals the straight distance D and so does its slope; in between
+θ, the value of f at 90 deg, says who touches: a string over a surface does where θ > 0, one through
+a ring where θ < 0. At θ = 0 W equals the straight distance D and so does its slope; in between
 
     length = D + h(θ) (W − D),  h = ½ (1 ± tanh(θ/ε))
 
-is smooth, and off by at most about 0.1 ε² √(r² − R²), some hundredths of a millimetre.
+is smooth, and off by about a thousandth of a millimetre at most (0.06 ε² over the sum of the
+inverse tangents).
 Along a cylinder's axis the string climbs evenly: the root of the squares of length and climb.
 """
 
@@ -33,7 +34,7 @@ from posture_ik.arrays import Array
 
 #: Symbols, or numbers to follow a path with.
 Expression = TypeVar("Expression", ca.SX, ca.DM)
-#: Half the angle over which a body takes hold of a path, ε, rad.
+#: Half the angle over which a surface takes hold of a path, ε, rad.
 _SWITCH = 0.03
 #: Keeps roots off zero, m² (beside the squares of millimetres).
 _TINY = 1e-14
@@ -41,8 +42,8 @@ _TINY = 1e-14
 _NEWTON_STEPS = 3
 
 
-class Body(NamedTuple):
-    """A round body beside a path, in a link's frame.
+class Surface(NamedTuple):
+    """A sphere or cylinder that a path wraps on, in a link's frame.
 
     Attributes:
         kind: `outside` (a sphere the path runs over), `inside` (one it runs through) or `cylinder`
@@ -59,13 +60,13 @@ class Body(NamedTuple):
     axis: Array | None = None
     turn: float = 0.0
 
-    def reversed(self) -> Body:
+    def reversed(self) -> Surface:
         """The same body for a path that runs the other way."""
         return self if self.axis is None else self._replace(axis=-self.axis)
 
 
 class Ring(NamedTuple):
-    """The unknown of a path through a ring.
+    """The unknown of a path through an inside sphere.
 
     Attributes:
         incidence: ψ as a symbol.
@@ -98,30 +99,30 @@ def straight(start: ca.SX, end: ca.SX) -> Piece:
     return Piece(length, (end - start) / length)
 
 
-def bend(start: ca.SX, end: ca.SX, body: Body) -> Piece:
-    """A piece from one point (3,) to another past a body, all in one frame."""
-    p, s = start - body.centre, end - body.centre
-    if body.axis is not None:
-        across, axis = ca.DM(plane(body.axis)), ca.DM(body.axis)
-        flat = _bend(across @ p, across @ s, body)
+def bend(start: ca.SX, end: ca.SX, surface: Surface) -> Piece:
+    """A piece from one point (3,) to another past a surface, all in one frame."""
+    p, s = start - surface.centre, end - surface.centre
+    if surface.axis is not None:
+        across, axis = ca.DM(plane(surface.axis)), ca.DM(surface.axis)
+        flat = _bend(across @ p, across @ s, surface)
         climb = ca.dot(axis, s - p)
         length = ca.sqrt(flat.length**2 + climb**2)
         return Piece(length, (flat.length * (across.T @ flat.pull) + climb * axis) / length)
-    return _bend(p, s, body)
+    return _bend(p, s, surface)
 
 
-def _bend(p: ca.SX, s: ca.SX, body: Body) -> Piece:
+def _bend(p: ca.SX, s: ca.SX, surface: Surface) -> Piece:
     """The same from the centre: in space about a sphere, in the plane about a cylinder."""
-    R = body.radius
+    R = surface.radius
     squares = ca.sumsqr(p), ca.sumsqr(s)
-    angle, sweep = turned(p, s, body)
+    angle, sweep = turned(p, s, surface)
     distance = ca.sqrt(ca.sumsqr(s - p) + _TINY)
     legs = [leg(square, R) for square in squares]
     theta = angle + lean(legs, R) - ca.pi
     tanh = ca.tanh(theta / _SWITCH)
     ring = None
     passing: ca.SX | float
-    if body.kind == "inside":
+    if surface.kind == "inside":
         incidence = ca.SX.sym("incidence")
         passing = R * ca.sin(incidence)
         condition = _condition(angle, squares, passing, incidence)
@@ -141,18 +142,18 @@ def _bend(p: ca.SX, s: ca.SX, body: Body) -> Piece:
     return Piece(distance + held * longer, pull, ring)
 
 
-def turned(p: Expression, s: Expression, body: Body) -> tuple[Expression, Expression]:
+def turned(p: Expression, s: Expression, surface: Surface) -> tuple[Expression, Expression]:
     """By how much a path turns from one point to another, rad, and its slope as the other moves.
 
     The points are as seen from the centre: (3,) of a sphere, (2,) across a cylinder.
     """
     along = ca.dot(p, s)
-    if body.axis is None:
+    if surface.axis is None:
         turn = ca.sqrt(ca.sumsqr(ca.cross(p, s)) + _TINY**2)
         return ca.atan2(turn, along), (along / ca.sumsqr(s) * s - p) / turn
     turn = p[0] * s[1] - p[1] * s[0]
-    cos, sin = np.cos(body.turn), np.sin(body.turn)
-    angle = body.turn + ca.atan2(turn * cos - along * sin, along * cos + turn * sin)
+    cos, sin = np.cos(surface.turn), np.sin(surface.turn)
+    angle = surface.turn + ca.atan2(turn * cos - along * sin, along * cos + turn * sin)
     return angle, ca.vertcat(-s[1], s[0]) / ca.sumsqr(s)
 
 
