@@ -45,24 +45,41 @@ PROVENANCE = (
 )
 
 
-def build() -> tuple[Any, Any]:
-    """The compiled arm and its state: scapula, clavicle and fingers set, the other joints at 0."""
+def spec() -> Any:
+    """The arm as its authors compose it."""
     from myo_sim.build import compose
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        model = compose.build_spec("myoarm_r").compile()
+        return compose.build_spec("myoarm_r")
+
+
+def build() -> tuple[Any, Any]:
+    """The compiled arm and its state: scapula, clavicle and fingers set, the other joints at 0."""
+    model = spec().compile()
+    return model, rest(model)
+
+
+def followers(model: Any) -> dict[str, np.ndarray]:
+    """Joints of scapula and clavicle, each a polynomial in the shoulder's elevation (ascending)."""
+    return {
+        model.joint(model.eq_obj1id[i]).name: model.eq_data[i][:5]
+        for i in range(model.neq)
+        if model.joint(model.eq_obj2id[i]).name == "shoulder_elv_r"
+    }
+
+
+def rest(model: Any) -> Any:
+    """A state with scapula, clavicle and fingers set, the other joints at 0."""
     state = mujoco.MjData(model)
-    for i in range(model.neq):
-        if model.joint(model.eq_obj2id[i]).name == "shoulder_elv_r":
-            follower = model.joint(model.eq_obj1id[i]).name
-            state.joint(follower).qpos[0] = np.polyval(model.eq_data[i][4::-1], SHOULDER_ELEVATION)
+    for joint, polynomial in followers(model).items():
+        state.joint(joint).qpos[0] = np.polyval(polynomial[::-1], SHOULDER_ELEVATION)
     for i in range(model.njnt):
         name = model.joint(i).name
         if name.startswith(("mcp", "pm", "md")) and "flexion" in name:
             state.joint(name).qpos[0] = FINGER_FLEXION
     mujoco.mj_kinematics(model, state)
-    return model, state
+    return state
 
 
 def pose(state: Any, body: str, base: str) -> tuple[np.ndarray, np.ndarray]:

@@ -1,4 +1,4 @@
-"""The tables behind the body: CSV files of `data/`, each with its source and its units."""
+"""The tables behind the rooms: CSV files of a `data/`, each with its source and its units."""
 
 from __future__ import annotations
 
@@ -9,10 +9,15 @@ from pathlib import Path
 _DATA = Path(__file__).resolve().parent / "data"
 
 
-@cache
 def table(name: str) -> dict[str, dict[str, str]]:
+    """One of the body's tables, by name."""
+    return read_table(_DATA / f"{name}.csv")
+
+
+@cache
+def read_table(path: Path) -> dict[str, dict[str, str]]:
     """A table's rows, each column name to text, by the row's first column, in the file's order."""
-    with (_DATA / f"{name}.csv").open(encoding="utf-8", newline="") as file:
+    with path.open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
     return {next(iter(row.values())): row for row in rows}
 

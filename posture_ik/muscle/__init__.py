@@ -1,1 +1,7 @@
-"""The muscles of the arms: their data, paths and forces, and who pulls how hard."""
+"""The muscles of the arms: what they are, where they run, who pulls how hard."""
+
+from posture_ik.muscle.activity import Activity, solve_activation
+from posture_ik.muscle.path import Paths
+from posture_ik.muscle.table import Muscles
+
+__all__ = ["Activity", "Muscles", "Paths", "solve_activation"]

@@ -13,7 +13,7 @@ not give is recruited (`activation`).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 
@@ -24,7 +24,7 @@ import xarray as xr
 from posture_ik.arrays import Array
 from posture_ik.body import Body
 from posture_ik.muscle.activation import Recruitment, Shortfall, recruit, volumes
-from posture_ik.muscle.hill import LAWS, Force
+from posture_ik.muscle.hill import LAWS
 from posture_ik.muscle.modes import Modes, extremes
 from posture_ik.muscle.path import Paths
 from posture_ik.muscle.reflex import (
@@ -116,14 +116,12 @@ class Activity:
     @cached_property
     def activation(self) -> Array:
         """Activations, (T, 50), 0 to 1."""
-        return np.array(
-            [np.concatenate([r.activation for r in arms]) for arms in self.recruitments]
-        )
+        return _both([[r.activation for r in arms] for arms in self.recruitments])
 
     @cached_property
     def reserve(self) -> Array:
         """Torques that muscles cannot give, (T, 14), N m; exactly 0 where they can."""
-        return np.array([np.concatenate([r.reserve for r in arms]) for arms in self.recruitments])
+        return _both([[r.reserve for r in arms] for arms in self.recruitments])
 
     @property
     def delivered(self) -> Array:
@@ -196,8 +194,8 @@ class Activity:
 
         muscle, dof = ("time", "muscle"), ("time", "dof")
         primal, dual, gap = self.worst_certificate()
-        multipliers = [np.concatenate([r.multipliers for r in arms]) for arms in self.recruitments]
-        bounds = [np.concatenate([r.bound_multipliers for r in arms]) for arms in self.recruitments]
+        prices = _both([[r.multipliers for r in arms] for arms in self.recruitments])
+        bounds = _both([[r.bound_multipliers for r in arms] for arms in self.recruitments])
         return xr.Dataset(
             {
                 "activation": named(muscle, self.activation, "1", "activation"),
@@ -208,8 +206,8 @@ class Activity:
                 "passive": named(dof, self.passive, "N m", "torque of the passive forces"),
                 "delivered": named(dof, self.delivered, "N m", "torque of the muscles"),
                 "reserve": named(dof, self.reserve, "N m", "torque that no muscle can give"),
-                "multiplier": named(dof, np.array(multipliers), "1/(N m)", "price of torque"),
-                "bound_multiplier": named(muscle, np.array(bounds), "1", "price of the bounds"),
+                "multiplier": named(dof, prices, "1/(N m)", "price of torque"),
+                "bound_multiplier": named(muscle, bounds, "1", "price of the bounds"),
                 "hand_force": named(("time", "side", "axis"), self.hand_force, "N", "on the hand"),
             },
             coords={
@@ -248,7 +246,6 @@ def solve_activation(body: Body, posture: Posture | Motion, problem: Problem) ->
     muscles, paths = Muscles.of(body), Paths.of(body)
     shown = posture
     q = np.atleast_2d(shown.q)
-    still = isinstance(shown, Posture)
     v, a = (np.zeros_like(q),) * 2 if isinstance(shown, Posture) else (shown.v, shown.a)
     model = shown.body.model
     data = model.createData()
@@ -265,7 +262,7 @@ def solve_activation(body: Body, posture: Posture | Motion, problem: Problem) ->
         length, jacobian = paths.evaluate(q[k])
         rate = jacobian @ v[k, rows]
         torque = pin.rnea(model, data, q[k], v[k], a[k])
-        load = _hand_loads(shown.body, data, q[k], v[k], torque, problem, asked.hand_force)
+        load = _hand_loads(shown.body, data, q[k], v[k], torque, problem, asked)
         demand = torque[rows].copy()
         for side, force in zip(ARMS, load, strict=True):
             if force.any():
@@ -311,6 +308,11 @@ def solve_activation(body: Body, posture: Posture | Motion, problem: Problem) ->
     )
 
 
+def _both(arms: Sequence[Sequence[Array]]) -> Array:
+    """Right and left arm's arrays at each instant, side by side, (T, right + left)."""
+    return np.array([np.concatenate(pair) for pair in arms])
+
+
 def _part(muscles: Muscles, here: slice) -> Muscles:
     """The muscles of one arm."""
     parts = {field.name: getattr(muscles, field.name)[here] for field in fields(muscles)}
@@ -324,9 +326,10 @@ def _hand_loads(
     v: Array,
     torque: Array,
     problem: Problem,
-    given: Mapping[str, tuple[float, float, float]],
+    asked: ActivationBlock,
 ) -> Array:
     """Force on the right and the left hand, (2, 3), N: as given, and of levers that follow."""
+    given: Mapping[str, tuple[float, ...]] = {**asked.hand_force}
     loads = np.array([given.get(side, (0.0, 0.0, 0.0)) for side in ARMS])
     for task in problem.task:
         if not isinstance(task, Hand) or task.lever is None:
