@@ -13,16 +13,18 @@ not give is recruited (`activation`).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 
 import numpy as np
+import numpy.typing as npt
 import pinocchio as pin
 import xarray as xr
 
 from posture_ik.arrays import Array
 from posture_ik.body import Body
+from posture_ik.kinematics import data_of
 from posture_ik.muscle.activation import Recruitment, Shortfall, recruit, volumes
 from posture_ik.muscle.hill import LAWS
 from posture_ik.muscle.modes import Modes, extremes
@@ -172,7 +174,7 @@ class Activity:
             jacobian,
             bend(force.force),
         )
-        data, rows = body.model.createData(), self.paths.rows[joints]
+        data, rows = data_of(body.model), self.paths.rows[joints]
         reach = _jacobian(body, data, q, f"grip_{side[0]}")
         load = self.hand_force[step, list(ARMS).index(side)]
         bearing = _bearing(body, data, q, reach, rows, load)
@@ -248,7 +250,7 @@ def solve_activation(body: Body, posture: Posture | Motion, problem: Problem) ->
     q = np.atleast_2d(shown.q)
     v, a = (np.zeros_like(q),) * 2 if isinstance(shown, Posture) else (shown.v, shown.a)
     model = shown.body.model
-    data = model.createData()
+    data = data_of(model)
     weights = {
         "squares": None,
         "fatigue": None,
@@ -329,8 +331,9 @@ def _hand_loads(
     asked: ActivationBlock,
 ) -> Array:
     """Force on the right and the left hand, (2, 3), N: as given, and of levers that follow."""
-    given: Mapping[str, tuple[float, ...]] = {**asked.hand_force}
-    loads = np.array([given.get(side, (0.0, 0.0, 0.0)) for side in ARMS])
+    loads = np.zeros((len(ARMS), 3))
+    for side, force in asked.hand_force.items():
+        loads[list(ARMS).index(side)] = force
     for task in problem.task:
         if not isinstance(task, Hand) or task.lever is None:
             continue
@@ -355,7 +358,7 @@ def _jacobian(body: Body, data: pin.Data, q: Array, frame: str) -> Array:
 
 
 def _bearing(
-    body: Body, data: pin.Data, q: Array, jacobian: Array, rows: Array, load: Array
+    body: Body, data: pin.Data, q: Array, jacobian: Array, rows: npt.NDArray[np.intp], load: Array
 ) -> Array:
     """What weight and the hand's load add to the stiffness of an arm, (7, 7), N m/rad.
 

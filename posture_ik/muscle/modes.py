@@ -21,6 +21,9 @@ from posture_ik.muscle.activation import minimise
 _RANK = 1e-10
 #: Curvature that makes the linear program strictly convex: small enough to leave its vertex alone.
 _REGULAR = 1e-6
+#: Torques within this of each other are the same, N m: at the end of strength a0 alone is left,
+#: and rounding must not shut it out.
+_ALIKE = 1e-10
 
 
 @dataclass(frozen=True)
@@ -91,8 +94,9 @@ def extremes(capacity: Array, activation: Array, slope: Array) -> tuple[Array, A
     n, m = capacity.shape
     torque = capacity @ activation
     scaled = slope / max(float(np.max(np.abs(slope))), 1e-300)
-    upper, lower = np.concatenate([np.ones(m), torque]), np.concatenate([np.zeros(m), torque])
-    sense = np.repeat(np.array([0, 5], dtype=np.int32), [m, n])
+    upper = np.concatenate([np.ones(m), torque + _ALIKE])
+    lower = np.concatenate([np.zeros(m), torque - _ALIKE])
+    sense = np.zeros(m + n, dtype=np.int32)
     ends = []
     for sign in (1.0, -1.0):
         found = minimise(
