@@ -12,18 +12,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import linprog
 
 from posture_ik.arrays import Array
 from posture_ik.errors import PostureIKError
-from posture_ik.muscle.activation import minimise
 
 #: Singular values below this share of the largest give no torque.
 _RANK = 1e-10
-#: Curvature that makes the linear program strictly convex: small enough to leave its vertex alone.
-_REGULAR = 1e-6
-#: Torques within this of each other are the same, N m: at the end of strength a0 alone is left,
-#: and rounding must not shut it out.
-_ALIKE = 1e-10
 
 
 @dataclass(frozen=True)
@@ -89,25 +84,14 @@ def extremes(capacity: Array, activation: Array, slope: Array) -> tuple[Array, A
         The activations of the least and of the most, (m,) each.
 
     Raises:
-        PostureIKError: capacity or slope are not finite.
+        PostureIKError: no activations do, such as a0 out of its bounds.
     """
-    n, m = capacity.shape
     torque = capacity @ activation
-    scaled = slope / max(float(np.max(np.abs(slope))), 1e-300)
-    upper = np.concatenate([np.ones(m), torque + _ALIKE])
-    lower = np.concatenate([np.zeros(m), torque - _ALIKE])
-    sense = np.zeros(m + n, dtype=np.int32)
     ends = []
     for sign in (1.0, -1.0):
-        found = minimise(
-            _REGULAR * np.eye(m),
-            sign * scaled - _REGULAR * activation,
-            np.ascontiguousarray(capacity),
-            upper,
-            lower,
-            [sense],
-        )
-        if found is None:
-            raise PostureIKError("modes: no optimum found; capacity and slope must be finite.")
-        ends.append(np.clip(found[0], 0.0, 1.0))
+        # HiGHS, not DAQP: at the end of strength the activations themselves are all that is left.
+        found = linprog(sign * slope, A_eq=capacity, b_eq=torque, bounds=(0.0, 1.0))
+        if found.status != 0:
+            raise PostureIKError(f"modes: no optimum found ({found.message})")
+        ends.append(found.x)
     return ends[0], ends[1]
