@@ -64,7 +64,8 @@ def torque_derivatives(
 
     Args:
         kinematics: the twin, whose `q` and `parameters` the result depends on.
-        velocity, acceleration: (n,), m or rad, per s and per s².
+        velocity: (n,), m/s or rad/s.
+        acceleration: (n,), m/s² or rad/s².
         mu: what weighs the torques in the second derivative, (n,).
 
     Returns:
@@ -80,7 +81,8 @@ def torque_derivatives(
         for k, joint in enumerate(kinematics.carriers)
     ]
     rest = _zero(), ca.vertcat(ca.SX.zeros(3), -kinematics.gravity), _zero()
-    states, changes = [], []
+    states: list[tuple[ca.SX, ca.SX, ca.SX]] = []
+    changes: list[tuple[_Change, _Change, _Change]] = []
     for k, s in enumerate(motions):
         V, A, S = states[inner[k][-1]] if inner[k] else rest
         nu = _cross(V) @ s

@@ -114,9 +114,9 @@ class Points:
         )
 
         # Of the twin's numbers, most place frames that nothing here asks for.
-        asked = {str(s) for s in ca.symvar(ca.vertcat(tau, end, path))}
+        needed = {str(s) for s in ca.symvar(ca.vertcat(tau, end, path))}
         names = [str(s) for s in ca.vertsplit(kinematics.parameters)]
-        self._used = [i for i, name in enumerate(names) if name in asked]
+        self._used = [i for i, name in enumerate(names) if name in needed]
         p = ca.vertcat(
             kinematics.parameters[self._used],
             *(stiffness, rest, damping, strength, weights, *targets),

@@ -26,6 +26,8 @@ from posture_ik.show.skin import back_of, skin
 from posture_ik.show.strain import Part, colour, full_scale, parts_of
 
 Colour = Sequence[float]
+#: Poses of grips in the world, by side.
+Grips = Mapping[str, pin.SE3]
 
 #: Shapes of the rib cage and shoulders, which a page can hide.
 CAGE = ("rib", "false_rib", "sternum", "clavicle_r", "clavicle_l", "scapula_r", "scapula_l")
@@ -41,7 +43,10 @@ _SOLE = 0.075
 
 
 def draw(
-    visualizer: meshcat.Visualizer, posture: Posture, wrenches: Sequence[Wrench] | None = None
+    visualizer: meshcat.Visualizer,
+    posture: Posture,
+    wrenches: Sequence[Wrench] | None = None,
+    grips: Grips | None = None,
 ) -> None:
     """Draw a posture: the person, the reference shape as a ghost, the seat, forces and levers.
 
@@ -49,6 +54,7 @@ def draw(
         visualizer: meshcat's, live or recording.
         posture: what to draw.
         wrenches: the forces and moments to draw; what acts in the posture if not given.
+        grips: where the levers of the hands stand; in the hands if not given.
     """
     body = posture.body
     now, reference = posture.frames, frame_poses(body.model, body.q_reference)
@@ -70,7 +76,8 @@ def draw(
         _turn(visualizer[f"forces/{turn.name}/moment"], turn)
     for task in posture.problem.task:
         if isinstance(task, Hand):
-            _lever(visualizer[f"levers/{task.side}"], now[f"grip_{task.side[0]}"])
+            grip = grips[task.side] if grips else now[f"grip_{task.side[0]}"]
+            _lever(visualizer[f"levers/{task.side}"], grip)
 
 
 def floor_height(posture: Posture) -> float:
