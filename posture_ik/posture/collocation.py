@@ -106,7 +106,10 @@ class Points:
             poses = {frame: kinematics.pose(frame) for frame in task.frames}
             residuals.append(task.residual(poses, target))
             overturns.append(task.overturn(poses, target))
-        end, path = (ca.vertcat(*part) for part in (residuals[: len(ends)], residuals[len(ends) :]))
+        end, path = (
+            ca.vertcat(ca.SX(0, 1), *part)
+            for part in (residuals[: len(ends)], residuals[len(ends) :])
+        )
         overturn = ca.vertcat(*overturns[: len(ends)])
         self.one_sided = tuple(
             np.array([task.one_sided for task in tasks for _ in task.rows], bool)
@@ -203,7 +206,7 @@ def _with_square(part: ca.Function) -> ca.Function:
 
 def _shares(lam: ca.SX, n: int, limited: tuple[bool, bool]) -> tuple[ca.SX, ca.SX, ca.SX]:
     """Multipliers of the torques, of the speeds (zero where not limited), and of the path."""
-    first, second = n * limited[0], n * sum(limited)
-    on_tau = lam[:first] if limited[0] else ca.SX(n, 1)
-    on_v = lam[first:second] if limited[1] else ca.SX(n, 1)
-    return on_tau, on_v, lam[second:]
+    cuts = [0, n * limited[0], n * sum(limited), lam.numel()]
+    on_tau, on_v, on_path = ca.vertsplit(lam, cuts)
+    none = ca.SX(n, 1)
+    return on_tau if limited[0] else none, on_v if limited[1] else none, on_path

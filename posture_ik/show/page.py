@@ -37,7 +37,7 @@ from posture_ik.show.moving import (
     wrenches_at,
 )
 from posture_ik.show.played import Moving, played
-from posture_ik.show.reaching import checks, lasts
+from posture_ik.show.reaching import checks
 from posture_ik.show.scene import CAGE, draw, floor_height
 from posture_ik.show.strain import RAMP, Part, action, full_scale, parts_of, place_on_scale
 
@@ -188,11 +188,12 @@ def _reach_facts(found: Trajectory) -> list[tuple[str, str]]:
     start = found.postures(found.time[:1])[0]
     holds = all(check["good"] for check in checks(found))
     return [
-        ("Takes", f"{found.duration:.3g} s, {lasts(found)}"),
+        ("Takes", f"{found.duration:.3g} s"),
         ("Backrest reclined", f"{found.problem.seat.recline_deg:g}°"),
         ("Strain energy", _joules(start.elastic_energy)),
         ("Effort", f"{found.effort:.3g} (N m)² s"),
-        ("Certificate", f"{'holds' if holds else 'fails'}, ends {found.end_error:.0e} off"),
+        ("Certificate", "holds" if holds else "fails"),
+        ("Integrated, ends within", f"{found.end_error:.0e} m, rad"),
     ]
 
 
