@@ -483,7 +483,7 @@ def test_two_poses_for_one_hand_are_named(
     body: pik.Body, to_the_cyclic: pik.Problem, frame: str
 ) -> None:
     """The stick, and a link of the same arm held where the reference shape has it."""
-    place = frame_poses(body.model, body.q_reference)[frame].translation + [0.0, 0.1, 0.0]
+    place = frame_poses(body.model, body.q_reference)[frame].translation + np.array([0.0, 0.1, 0.0])
     other = pik.Frame(frame=frame, components=("x", "y", "z"), position=tuple(place))
     both = pik.Problem(task=(*to_the_cyclic.task, other))
     with pytest.raises(pik.InfeasiblePosture, match="cannot be met together") as told:
@@ -495,7 +495,9 @@ def test_an_end_against_the_way_is_named(body: pik.Body) -> None:
     """What holds along the way holds at the end too."""
     at = grip(body, body.q_reference).translation
     held = pik.Frame(frame="grip_r", components=("z",), position=tuple(at))
-    above = pik.Hand(side="right", position=tuple(at + [0, 0, 0.1]), components=("x", "y", "z"))
+    above = pik.Hand(
+        side="right", position=tuple(at + np.array([0.0, 0.0, 0.1])), components=("x", "y", "z")
+    )
     with pytest.raises(pik.InfeasiblePosture, match="'frame grip_r along the way'"):
         reach(body, pik.Problem(task=(above,)), duration=1.0, along=(held,))
 

@@ -19,6 +19,7 @@ from posture_ik.show.motion_report import render_motion_report
 from posture_ik.show.moving import animation, peak_parts
 from posture_ik.show.played import Sampled
 from posture_ik.show.strain import parts_of
+from posture_ik.show.words import number
 
 
 @pytest.fixture(scope="module")
@@ -62,7 +63,7 @@ def test_top_says_what_was_asked_and_what_it_takes(found: Trajectory, page: str)
         ">Holds<",
     ):
         assert words in top
-    assert f"{found.effort:.0f} <small>(N m)² s" in top
+    assert f"{number(found.effort)} <small>(N m)² s" in top
     assert "Fastest: right hand" in top
 
 
