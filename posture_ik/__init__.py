@@ -8,6 +8,7 @@ from posture_ik.exchange import (
     write_mbdyn,
     write_motion,
     write_posture,
+    write_trajectory,
     write_urdf,
 )
 from posture_ik.kinematics import Kinematics
@@ -34,6 +35,7 @@ from posture_ik.problem import (
     Problem,
     Seat,
     Subject,
+    TrajectoryBlock,
     load_problem,
 )
 
@@ -60,6 +62,7 @@ __all__ = [
     "Seat",
     "Subject",
     "Trajectory",
+    "TrajectoryBlock",
     "build_body",
     "load_problem",
     "move",
@@ -70,5 +73,6 @@ __all__ = [
     "write_mbdyn",
     "write_motion",
     "write_posture",
+    "write_trajectory",
     "write_urdf",
 ]

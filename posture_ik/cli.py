@@ -13,9 +13,16 @@ from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from posture_ik.body import Body, build_body
 from posture_ik.errors import BadProblem, PostureIKError
-from posture_ik.exchange import read_posture, write_mbdyn, write_motion, write_posture, write_urdf
+from posture_ik.exchange import (
+    read_posture,
+    write_mbdyn,
+    write_motion,
+    write_posture,
+    write_trajectory,
+    write_urdf,
+)
 from posture_ik.files import whole_folder
-from posture_ik.posture import Motion, Posture, solve_posture
+from posture_ik.posture import Motion, Posture, Trajectory, reach, solve_posture
 from posture_ik.posture import move as solve_motion
 from posture_ik.problem import Problem, example_problems, load_problem
 from posture_ik.show import view as serve
@@ -24,7 +31,14 @@ from posture_ik.show import (
     write_report,
     write_view,
 )
-from posture_ik.show.summary import as_record, motion_record, motion_summary, summary
+from posture_ik.show.summary import (
+    as_record,
+    motion_record,
+    motion_summary,
+    summary,
+    trajectory_record,
+    trajectory_summary,
+)
 
 app = typer.Typer(
     help="The posture a seated person takes, from one problem file.",
@@ -61,21 +75,19 @@ def run(
             body, stated = _read(problem, set_)
             progress.update(step, description="solving the posture")
             posture = solve_posture(body, stated)
-            motion = None
-            if stated.motion is not None:
+            if stated.motion or stated.trajectory:
                 progress.update(step, description="moving")
-                motion = _move(body, stated, quiet=True)
+            moving = _moving(body, stated, quiet=True)
             progress.update(step, description="writing the results")
             write_posture(posture, scratch)
-            if motion is not None:
-                write_motion(motion, scratch)
+            _write_moving(moving, scratch)
             progress.update(step, description="drawing report and 3D page")
-            _draw(posture, motion, scratch)
+            _draw(posture, moving, scratch)
     _tell(posture, as_json)
-    if motion is not None and not as_json:
-        _tell_motion(motion, as_json)
     if not as_json:
-        _out.print(f"Open {_pages(folder, motion)}.")
+        if moving is not None:
+            _tell_moving(moving, as_json)
+        _out.print(f"Open {_pages(folder, moving)}.")
 
 
 @app.command()
@@ -102,27 +114,39 @@ def move(
     else:
         with whole_folder(output) as scratch:
             motion = _move(*_read(problem, set_), quiet=as_json)
-            write_motion(motion, scratch)
-    _tell_motion(motion, as_json)
+            _write_moving(motion, scratch)
+    _tell_moving(motion, as_json)
+
+
+@app.command()
+def trajectory(
+    problem: ProblemName, output: Output = None, set_: Overrides = None, as_json: Json = False
+) -> None:
+    """Reach a problem's tasks with least effort or in least time; write it where -o says."""
+    if output is None:
+        found = _reach(*_read(problem, set_), quiet=as_json)
+    else:
+        with whole_folder(output) as scratch:
+            found = _reach(*_read(problem, set_), quiet=as_json)
+            _write_moving(found, scratch)
+    _tell_moving(found, as_json)
 
 
 @app.command()
 def view(directory: ResultFolder) -> None:
     """Serve the 3D page of a result live through meshcat until Ctrl-C."""
     posture = read_posture(directory)
-    moves = posture.problem.motion is not None
-    serve(_move(posture.body, posture.problem, quiet=False) if moves else posture)
+    serve(_moving(posture.body, posture.problem, quiet=False) or posture)
 
 
 @app.command()
 def report(directory: ResultFolder) -> None:
     """Write report and 3D page of a result anew."""
     posture = read_posture(directory)
-    moves = posture.problem.motion is not None
-    motion = _move(posture.body, posture.problem, quiet=False) if moves else None
+    moving = _moving(posture.body, posture.problem, quiet=False)
     with whole_folder(directory) as scratch:
-        _draw(posture, motion, scratch)
-    _out.print(f"Wrote {_pages(directory, motion)}.")
+        _draw(posture, moving, scratch)
+    _out.print(f"Wrote {_pages(directory, moving)}.")
 
 
 @app.command()
@@ -181,16 +205,45 @@ def _move(body: Body, problem: Problem, quiet: bool) -> Motion:
         )
 
 
-def _draw(posture: Posture, motion: Motion | None, folder: Path) -> None:
-    """Write the pages: of a motion its own report too, and the 3D page plays."""
+def _reach(body: Body, problem: Problem, quiet: bool) -> Trajectory:
+    with _progress(quiet) as progress:
+        step = progress.add_task("reaching", total=None)
+
+        def tell(mesh: int, intervals: int) -> None:
+            progress.update(step, description=f"reaching: mesh {mesh}, {intervals} intervals")
+
+        return reach(body, problem, on_mesh=tell)
+
+
+def _moving(body: Body, problem: Problem, quiet: bool) -> Motion | Trajectory | None:
+    """What a problem asks for beside its posture, if anything."""
+    if problem.motion is not None:
+        return _move(body, problem, quiet)
+    return None if problem.trajectory is None else _reach(body, problem, quiet)
+
+
+def _write_moving(moving: Motion | Trajectory | None, folder: Path) -> None:
+    match moving:
+        case Motion():
+            write_motion(moving, folder)
+        case Trajectory():
+            write_trajectory(moving, folder)
+
+
+def _draw(posture: Posture, moving: Motion | Trajectory | None, folder: Path) -> None:
+    """Write the pages: of what moves its own report too, and the 3D page plays."""
     write_report(posture, folder / "report.html")
-    if motion is not None:
-        write_motion_report(motion, folder / "motion.html")
-    write_view(motion or posture, folder / "view.html")
+    if moving is not None:
+        write_motion_report(moving, folder / _report_of(moving))
+    write_view(moving or posture, folder / "view.html")
 
 
-def _pages(folder: Path, motion: Motion | None) -> str:
-    names = ["report.html", *(["motion.html"] if motion else []), "view.html"]
+def _report_of(moving: Motion | Trajectory) -> str:
+    return "motion.html" if isinstance(moving, Motion) else "trajectory.html"
+
+
+def _pages(folder: Path, moving: Motion | Trajectory | None) -> str:
+    names = ["report.html", *([_report_of(moving)] if moving else []), "view.html"]
     return ", ".join(f"[bold]{folder / name}[/]" for name in names)
 
 
@@ -201,11 +254,14 @@ def _tell(posture: Posture, as_json: bool) -> None:
         _out.print(summary(posture))
 
 
-def _tell_motion(motion: Motion, as_json: bool) -> None:
+def _tell_moving(moving: Motion | Trajectory, as_json: bool) -> None:
     if as_json:
-        print(json.dumps([motion_record(motion)]))
+        of = motion_record(moving) if isinstance(moving, Motion) else trajectory_record(moving)
+        print(json.dumps([of]))
+    elif isinstance(moving, Motion):
+        _out.print(motion_summary(moving))
     else:
-        _out.print(motion_summary(motion))
+        _out.print(trajectory_summary(moving))
 
 
 def _progress(quiet: bool) -> Progress:

@@ -181,6 +181,79 @@ BAD = {
         ],
         r"at 0\.\d+ s the task",
     ),
+    # the trajectory
+    "nothing to reach": (command("trajectory", "upright"), "trajectory: is missing"),
+    "motion and trajectory": (
+        changed("trajectory.duration=1", name="nod"),
+        r"\[motion\].*or \[trajectory\].*not both",
+    ),
+    "no time": (
+        changed("trajectory.duration=0", name="reach_cyclic"),
+        "trajectory.duration = 0: .*greater than 0",
+    ),
+    "cost misspelt": (
+        changed('trajectory.cost="energy"', name="reach_cyclic"),
+        "trajectory.cost = 'energy'.*'effort' or 'time'",
+    ),
+    "least time without limits": (
+        changed('trajectory={ cost = "time" }', name="reach_cyclic"),
+        "least time needs a limit on torque or speed",
+    ),
+    "least time in a given time": (
+        changed("trajectory.duration=1", name="reach_collective"),
+        "least time finds the duration",
+    ),
+    "torque of zero": (
+        changed("trajectory.torque=0", name="reach_cyclic"),
+        "trajectory.torque = 0: write a number above zero or a table of joints",
+    ),
+    "speed of a word": (
+        changed('trajectory.speed.elbow_flexion_r="fast"', name="reach_cyclic"),
+        "trajectory.speed.*above zero for elbow_flexion_r, not 'fast'",
+    ),
+    "strength of a joint that stays": (
+        changed("trajectory.strength.elbow_flexion_l=3", name="reach_cyclic"),
+        "trajectory.strength.elbow_flexion_l: no such joint moves; did you mean 'elbow_flexion_r'",
+    ),
+    "unknown joint moves": (
+        changed('trajectory.joints=["elbow_r"]', name="reach_cyclic"),
+        "trajectory.joints: no joint is called 'elbow_r'; did you mean",
+    ),
+    "no joint moves": (
+        changed("trajectory.joints=[]", name="reach_cyclic"),
+        "trajectory.joints.*at least 1",
+    ),
+    "negative smoothness": (
+        changed("trajectory.smoothness=-1", name="reach_cyclic"),
+        "trajectory.smoothness = -1.*greater than or equal to 0",
+    ),
+    "loose tolerance": (
+        changed("trajectory.tolerance=1", name="reach_cyclic"),
+        "trajectory.tolerance = 1.*less than or equal to 0.1",
+    ),
+    "unknown key along": (
+        changed('trajectory.along=[{ kind = "head", lookin = "up" }]', name="reach_cyclic"),
+        r"trajectory.along 1 \(head\).lookin is not a known key; did you mean 'looking'",
+    ),
+    "the same task twice along": (
+        changed('trajectory.along=[{ kind = "head" }, { kind = "head" }]', name="reach_cyclic"),
+        "along 2 holds head a second time",
+    ),
+    "two ways to look": (
+        changed(
+            'trajectory.along=[{ kind = "head", looking = { turn_deg = 20 } }]',
+            name="reach_cyclic",
+        ),
+        "'head' and 'head' cannot be met together",
+    ),
+    "lever out of reach": (
+        changed("lever.cyclic.pivot=[1.1, 0, -0.17]", name="reach_cyclic"),
+        "'right hand'.*cannot be met.*mm",
+    ),
+    "too little time": (
+        changed("trajectory.duration=0.05", "trajectory.torque=10", name="reach_cyclic"),
+        "no motion to the tasks was found: .*in 0.05 s",
+    ),
     # the solve
     "unknown joint": (changed("posture.stiffness.L4_L6_ry=5"), "L4_L6_ry.*did you mean 'L4_L5_ry'"),
     "negative stiffness": (changed("posture.stiffness.L4_L5_ry=-5"), "L4_L5_ry must be above zero"),

@@ -84,3 +84,28 @@ def test_problems_lists_the_examples(posture_ik: object) -> None:
     listed = {entry["name"] for entry in json.loads(posture_ik("problems", "--json"))}
     assert "reclined_15" in listed
     assert "Backrest 15° back" in posture_ik("problems")
+
+
+def test_trajectory_writes_its_course_and_pages(posture_ik: object, tmp_path: Path) -> None:
+    said = posture_ik("run", "reach_cyclic", "-o", "here")
+    names = {path.name for path in (tmp_path / "here").iterdir()}
+    assert {"posture.nc", "trajectory.nc", "report.html", "trajectory.html", "view.html"} <= names
+    assert "m or rad from its tasks" in said
+    assert "trajectory.html" in said
+    (tmp_path / "here" / "trajectory.html").unlink()
+    posture_ik("report", "here")
+    assert (tmp_path / "here" / "trajectory.html").exists()
+
+
+def test_trajectory_for_machines(posture_ik: object, tmp_path: Path) -> None:
+    (record,) = json.loads(
+        posture_ik(
+            *("trajectory", "reach_cyclic", "--json", "-o", "numbers"),
+            *("--set", "trajectory.duration=0.8"),
+        )
+    )
+    assert record["duration_s"] == 0.8
+    assert record["end_error"] < 1e-3
+    assert set(record["peak_tau"]) == set(record["start"]) == set(record["end"])
+    assert len(record["peak_tau"]) == 7
+    assert [path.name for path in (tmp_path / "numbers").iterdir()] == ["trajectory.nc"]

@@ -142,7 +142,7 @@ const draw_all = viewer.render;
 viewer.render = () => { draw_all(); place_ways(); };
 
 // Time
-let clock = times[0], playing = false, speed = 1, ticked = null;
+let clock = times[0], playing = false, speed = Number(document.getElementById("speed").value), ticked = null;
 
 function before(time) {
   let low = 0, high = last;

@@ -1,8 +1,15 @@
 """Files of other programs and result folders, written and read back."""
 
 from posture_ik.exchange.mbdyn import write_mbdyn
-from posture_ik.exchange.motion import write_motion
+from posture_ik.exchange.motion import write_motion, write_trajectory
 from posture_ik.exchange.results import read_posture, write_posture
 from posture_ik.exchange.urdf import write_urdf
 
-__all__ = ["read_posture", "write_mbdyn", "write_motion", "write_posture", "write_urdf"]
+__all__ = [
+    "read_posture",
+    "write_mbdyn",
+    "write_motion",
+    "write_posture",
+    "write_trajectory",
+    "write_urdf",
+]

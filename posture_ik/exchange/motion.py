@@ -1,12 +1,17 @@
-"""A motion in time as netCDF."""
+"""What moves in time, as netCDF."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from posture_ik.posture import Motion
+from posture_ik.posture import Motion, Trajectory
 
 
 def write_motion(motion: Motion, folder: Path) -> None:
     """Write `motion.nc` into an existing folder."""
     motion.to_dataset().to_netcdf(folder / "motion.nc", engine="h5netcdf")
+
+
+def write_trajectory(trajectory: Trajectory, folder: Path) -> None:
+    """Write `trajectory.nc` into an existing folder."""
+    trajectory.to_dataset().to_netcdf(folder / "trajectory.nc", engine="h5netcdf")

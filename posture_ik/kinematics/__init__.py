@@ -1,5 +1,6 @@
 """The CasADi twin of a `pin.Model`, and its dynamics."""
 
+from posture_ik.kinematics.derivatives import torque_derivatives
 from posture_ik.kinematics.dynamics import inverse_dynamics
 from posture_ik.kinematics.joints import Motion, Pose
 from posture_ik.kinematics.twin import Kinematics, data_of, frame_poses, weightless
@@ -11,5 +12,6 @@ __all__ = [
     "data_of",
     "frame_poses",
     "inverse_dynamics",
+    "torque_derivatives",
     "weightless",
 ]

@@ -13,6 +13,7 @@ point p carried by it has the velocity a_k + w_k x (p - o_k). Jacobians, mass ma
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 from weakref import WeakKeyDictionary
@@ -237,6 +238,16 @@ class Kinematics:
     def _point(self, joint: int, lever: ca.SX) -> ca.SX:
         rotation, position = self.joint_poses[joint]
         return position + rotation @ lever
+
+    def spatial_inertias(self) -> Iterator[tuple[int, ca.SX]]:
+        """Joint and inertia (6, 6) of each body with mass about the world's origin, angular first.
+
+        In the world's axes; it gives the momentum (angular, linear) of a motion alike.
+        """
+        for i, mass, lever, inertia in self.inertias:
+            rotation, c = self.joint_poses[i].rotation, ca.skew(self._point(i, lever))
+            turned = rotation @ inertia @ rotation.T - mass * c @ c
+            yield i, ca.blockcat([[turned, mass * c], [-mass * c, mass * ca.SX.eye(3)]])
 
     def mass_matrix(self) -> ca.SX:
         """Joint-space mass matrix (nv, nv) by composite rigid bodies about the world's origin."""

@@ -27,7 +27,7 @@ import numpy as np
 import numpy.typing as npt
 
 from posture_ik.arrays import Array
-from posture_ik.kinematics import Kinematics, inverse_dynamics
+from posture_ik.kinematics import Kinematics, inverse_dynamics, torque_derivatives
 from posture_ik.posture.tasks import Constraint
 
 Mask: TypeAlias = npt.NDArray[np.bool_]
@@ -106,7 +106,10 @@ class Points:
             poses = {frame: kinematics.pose(frame) for frame in task.frames}
             residuals.append(task.residual(poses, target))
             overturns.append(task.overturn(poses, target))
-        end, path = (ca.vertcat(*part) for part in (residuals[: len(ends)], residuals[len(ends) :]))
+        end, path = (
+            ca.vertcat(ca.SX(0, 1), *part)
+            for part in (residuals[: len(ends)], residuals[len(ends) :])
+        )
         overturn = ca.vertcat(*overturns[: len(ends)])
         self.one_sided = tuple(
             np.array([task.one_sided for task in tasks for _ in task.rows], bool)
@@ -114,37 +117,73 @@ class Points:
         )
 
         # Of the twin's numbers, most place frames that nothing here asks for.
-        asked = {str(s) for s in ca.symvar(ca.vertcat(tau, end, path))}
+        needed = {str(s) for s in ca.symvar(ca.vertcat(tau, end, path))}
         names = [str(s) for s in ca.vertsplit(kinematics.parameters)]
-        self._used = [i for i, name in enumerate(names) if name in asked]
+        self._used = [i for i, name in enumerate(names) if name in needed]
         p = ca.vertcat(
             kinematics.parameters[self._used],
             *(stiffness, rest, damping, strength, weights, *targets),
         )
         self.torque = ca.Function("torque", [q, v, a, p], [tau])
 
-        z = ca.vertcat(q, u, w)
-        cost = weights[0] * ca.sumsqr(tau / strength) + weights[1] * ca.sumsqr(a) + weights[2]
-        rows = ca.vertcat(*[row for row, is_in in zip((tau, v), limited, strict=True) if is_in])
-        cost, rows = ca.substitute(
-            [duration * cost, ca.vertcat(rows, path)],
-            [v, a],
-            [u / duration, w / duration**2],
+        effort, smoothness, time = ca.vertsplit(weights)
+        z, at = ca.vertcat(q, u, w), [u / duration, w / duration**2]
+        cost = effort * ca.sumsqr(tau / strength) + smoothness * ca.sumsqr(a) + time
+        asked = ca.vertcat(*[row for row, is_in in zip((tau, v), limited, strict=True) if is_in])
+        weight, lam = ca.SX.sym("weight"), ca.SX.sym("lambda", asked.numel() + path.numel())
+        on_tau, on_v, on_path = _shares(lam, n, limited)
+
+        # Derivatives in y = (q, v, a) of the rows, and of weight L + lambdaᵀ rows.
+        pressed = 2 * weight * duration * effort * tau / strength**2
+        tau_y, bent = torque_derivatives(kinematics, v, a, pressed + on_tau)
+        tau_y[:, : 2 * n] += ca.horzcat(ca.diag(stiffness), ca.diag(damping))
+        path_bent, path_slope = ca.hessian(ca.dot(on_path, path), q)
+        still = ca.SX(n, n)
+        rows_y = ca.vertcat(
+            *[tau_y] * limited[0],
+            *[ca.horzcat(still, ca.SX.eye(n), still)] * limited[1],
+            ca.horzcat(ca.jacobian(path, q), ca.SX(path.numel(), 2 * n)),
         )
-        arguments = ca.vertcat(z, duration)
-        gradient, jacobian = ca.gradient(cost, arguments), ca.jacobian(rows, arguments)
-        at = [z, duration, p]
-        self.value = ca.Function("value", at, ca.cse([cost, rows]))
-        self.slope = ca.Function("slope", at, ca.cse([cost, *_parts(gradient.T)]))
-        self.jacobian = ca.Function("jacobian", at, ca.cse([rows, *_parts(jacobian)]))
-        weight, lam = ca.SX.sym("weight"), ca.SX.sym("lambda", rows.numel())
-        hessian, _ = ca.hessian(weight * cost + ca.dot(lam, rows), arguments)
-        along_z, along_t = _parts(hessian)
-        self.second = ca.Function(
-            "second",
-            [*at, weight, lam],
-            [ca.triu(along_z[: 3 * n, :]), along_t[: 3 * n], along_t[3 * n]],
+        rough = 2 * weight * duration * smoothness
+        bent += ca.diagcat(path_bent, still, rough * ca.SX.eye(n))
+        stiff = 2 * weight * duration * effort / strength**2  # for the rest, tau_yᵀ stiff tau_y
+        cost_slope = tau_y.T @ pressed + ca.vertcat(ca.SX(2 * n, 1), rough * a)
+        slope = cost_slope + tau_y.T @ on_tau + ca.vertcat(path_slope, on_v, ca.SX(n, 1))
+
+        # ... and in z and T, of which y = stretch z: y_T, z_T and their derivatives.
+        ones = ca.SX.ones(n)
+        stretch = ca.vertcat(ones, ones / duration, ones / duration**2)
+        once, twice = (ca.vertcat(0 * q, b * v, c * a) for b, c in ((-1, -2), (2, 6)))
+        along_t, along_tt = once / duration, twice / duration**2
+        bent = ca.triu(bent) + ca.triu(bent, False).T
+        tau_t = tau_y @ along_t
+        bent_t = bent @ along_t + tau_y.T @ (stiff * tau_t)
+        mixed = stretch * (bent_t + cost_slope / duration)
+        mixed += stretch * ca.vertcat(0 * q, -slope[n : 2 * n], -2 * slope[2 * n :]) / duration
+        second = [
+            ca.triu(ca.diag(stretch) @ bent @ ca.diag(stretch)),
+            ca.densify(mixed),
+            ca.dot(along_t, bent_t)
+            + 2 * ca.dot(cost_slope, along_t) / duration
+            + ca.dot(slope, along_tt),
+            ca.densify(tau_y @ ca.diag(stretch)),
+            stiff,
+        ]
+        jacobian = [ca.mtimes(rows_y, ca.diag(stretch)), ca.densify(rows_y @ along_t)]
+
+        def in_scaled_time(*terms: ca.SX) -> list[ca.SX]:
+            return ca.cse(ca.substitute(list(terms), [v, a], at))
+
+        cost, rows = in_scaled_time(duration * cost, ca.vertcat(asked, path))
+        gradient = ca.gradient(cost, ca.vertcat(z, duration))
+        point = [z, duration, p]
+        self.value = ca.Function("value", point, [cost, rows])
+        self.slope = ca.Function(
+            "slope", point, ca.cse([cost, gradient[:-1].T, ca.densify(gradient[-1])])
         )
+        self.jacobian = ca.Function("jacobian", point, [rows, *in_scaled_time(*jacobian)])
+        arguments = [*point, weight, lam]
+        self.second = _with_square(ca.Function("part", arguments, in_scaled_time(*second)))
         self.end = ca.Function("end", [q, p], [end, ca.jacobian(end, q)])
         self.path = ca.Function("path", [q, p], [path, ca.jacobian(path, q)])
         lam = ca.SX.sym("lambda", end.numel())
@@ -157,7 +196,17 @@ class Points:
         return np.concatenate([twin_numbers[self._used], *rest])
 
 
-def _parts(derivative: ca.SX) -> list[ca.SX]:
-    """A derivative with respect to (z, T) as its part in z and its, dense, part in T."""
-    last = derivative.shape[1] - 1
-    return [derivative[:, :last], ca.densify(derivative[:, last])]
+def _with_square(part: ca.Function) -> ca.Function:
+    """Add the torques' Jᵀ stiff J to a Hessian in z: as a product of matrices, a small graph."""
+    arguments = part.mx_in()
+    bent, mixed, twice, jacobian, stiff = part(*arguments)
+    square = ca.mtimes(jacobian.T, ca.repmat(stiff, 1, jacobian.shape[1]) * jacobian)
+    return ca.Function("second", arguments, [bent + ca.triu(square), mixed, twice])
+
+
+def _shares(lam: ca.SX, n: int, limited: tuple[bool, bool]) -> tuple[ca.SX, ca.SX, ca.SX]:
+    """Multipliers of the torques, of the speeds (zero where not limited), and of the path."""
+    cuts = [0, n * limited[0], n * sum(limited), lam.numel()]
+    on_tau, on_v, on_path = ca.vertsplit(lam, cuts)
+    none = ca.SX(n, 1)
+    return on_tau if limited[0] else none, on_v if limited[1] else none, on_path

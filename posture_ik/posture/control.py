@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Literal
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,12 +17,11 @@ from posture_ik.posture.diagnose import nearest_attempt
 from posture_ik.posture.mesh import Question
 from posture_ik.posture.program import Program
 from posture_ik.posture.refine import refine
+from posture_ik.posture.solve import solve_posture
 from posture_ik.posture.statement import Statement
 from posture_ik.posture.tasks import Constraint, constraints_of
 from posture_ik.posture.trajectory import Limb, Trajectory
-from posture_ik.problem import Hand, Problem, Task
-
-PerJoint = float | Mapping[str, float]
+from posture_ik.problem import Hand, Problem
 
 #: Weight of ∫ a² dt beside the effort ((N m)² s⁴) or beside the time (s⁴): little, but it settles
 #: what light joints and joints off the critical path do.
@@ -35,74 +34,69 @@ def reach(
     body: Body,
     problem: Problem,
     *,
-    joints: Sequence[str] | None = None,
     start: Array | None = None,
-    duration: float | None = None,
-    cost: Literal["effort", "time"] = "effort",
-    along: Sequence[Task] = (),
-    speed: PerJoint | None = None,
-    torque: PerJoint | None = None,
-    strength: PerJoint = 1.0,
-    smoothness: float | None = None,
-    tolerance: float = 1e-4,
     intervals: int = 8,
+    on_mesh: Callable[[int, int], None] | None = None,
 ) -> Trajectory:
     """Find the motion of least effort, or of least time, that ends at rest meeting the tasks.
 
     The body moves under its weight, against the springs and dampers of its joints; the joints
-    that do not move stand firm. Solved by direct collocation (`posture_ik.posture.collocation`),
-    the mesh refined where needed.
+    that do not move stand firm where they start. Solved by direct collocation
+    (`posture_ik.posture.collocation`), the mesh refined where needed.
 
     Args:
         body: who.
-        problem: its tasks are what holds at the end. Those that no moving joint can change must
-            be met from the start.
-        joints: names of the joints that move; if not given, the arms of the hands in the tasks.
-        start: configuration (nq,) at rest from which to start; the reference shape if not given.
-        duration: s; free if not given.
-        cost: "effort" for ∫ Σ (tau / strength)² dt, "time" for the duration.
-        along: tasks to be met all along the way, from the start on.
-        speed: limit to either side, for all joints or by name, rad/s or m/s.
-        torque: likewise, N m or N.
-        strength: what torques are measured by in the effort, for all joints or by name.
-        smoothness: weight of ∫ Σ a² dt beside the cost; `SMOOTHNESS` if not given.
-        tolerance: largest defect of an interval, m or rad; see `Trajectory.defect`.
+        problem: with a [trajectory] block; its tasks are what holds at the end.
+        start: configuration (nq,) at rest from which to start; if not given, the posture of least
+            energy that meets the tasks that no moving joint can change, and those along the way.
         intervals: of the first mesh.
+        on_mesh: told before each solve which it is, from 1, and of how many intervals.
 
     Raises:
-        InfeasiblePosture: the tasks at the end cannot be met; tells by how much they are missed.
+        InfeasiblePosture: the tasks at the start, or those at the end, cannot be met; tells which,
+            and by how much they are missed.
         InfeasibleReach: they can, but not by a motion within the limits and the duration.
-        BadProblem: a name that the body does not have, or a start that is not allowed.
+        BadProblem: the problem has no [trajectory], a name that the body does not have, or a
+            start that is not allowed.
     """
-    if start is None:
-        start = body.q_reference
-    if duration is not None and not duration > 0.0:
-        raise BadProblem("duration", f"{duration:g} s is not above zero")
-    moving = _moving(body, problem, joints, start)
-    limb = Limb.of(body, moving, start)
-    part, first = limb.part, start[list(limb.rows)]
+    block = problem.trajectory
+    if block is None:
+        raise BadProblem("trajectory", "is missing; say under [trajectory] how to reach")
     reference = frame_poses(body.model, body.q_reference)
     asked = constraints_of(reference, problem)
-    kept = constraints_of(reference, problem.model_copy(update={"task": tuple(along)}))
+    kept = tuple(
+        replace(task, label=f"{task.label} along the way")
+        for task in constraints_of(reference, problem.model_copy(update={"task": block.along}))
+    )
+    moving = _moving(body, problem, block.joints)
+    resting = _resting(body, problem, moving, asked)
+    if start is None:
+        start = solve_posture(body, resting).q
+    for dof, value, low, high in zip(body.dofs, start, body.lower, body.upper, strict=True):
+        if dof in moving and not low <= value <= high:
+            raise BadProblem(
+                f"start of {dof}", f"{value:.4g} is not within {low:.4g} to {high:.4g}"
+            )
+    limb = Limb.of(replace(Statement.of(body, resting), problem=problem), moving, start)
+    part, first = limb.part, start[list(limb.rows)]
     twin = Kinematics.of(part.model)
-    target = _target(part, problem, asked, first)
+    target = _target(part, problem, (*asked, *kept), first)
     ends, path = (
         [task for task in tasks if any(twin.support(frame) for frame in task.frames)]
         for tasks in (asked, kept)
     )
 
-    most_torque, most_speed = (_per_joint(each, moving, np.inf) for each in (torque, speed))
+    most_torque, most_speed = (
+        _per_joint(name, getattr(block, name), moving, np.inf) for name in ("torque", "speed")
+    )
     limited = tuple(bool(np.isfinite(each).any()) for each in (most_torque, most_speed))
-    if cost == "time" and not any(limited):
-        raise BadProblem("cost = 'time'", "give a limit on torque or speed, or it takes no time")
-    if smoothness is None:
-        smoothness = SMOOTHNESS[cost]
+    smoothness = SMOOTHNESS[block.cost] if block.smoothness is None else block.smoothness
     points = Points.of(twin, ends, path, (limited[0], limited[1]))
-    weights = {"effort": [1.0, smoothness, 0.0], "time": [0.0, smoothness, 1.0]}[cost]
+    weights = {"effort": [1.0, smoothness, 0.0], "time": [0.0, smoothness, 1.0]}[block.cost]
     parameters = points.parameters(
         twin.values(part.model),
         *(part.stiffness, part.q_reference, part.damping),
-        _per_joint(strength, moving, 1.0),
+        _per_joint("strength", block.strength, moving, 1.0),
         np.array(weights),
         *(task.target for task in (*ends, *path)),
     )
@@ -114,43 +108,68 @@ def reach(
         upper=part.upper,
         torque=most_torque if limited[0] else None,
         speed=most_speed if limited[1] else None,
-        duration=duration,
+        duration=block.duration,
         held=_independent(points, parameters, target),
     )
-    missed = points.path(first, parameters)[0].full().ravel()
-    one_sided = points.one_sided[1]
-    if np.any(np.where(one_sided, -missed, np.abs(missed)) > _MET):
-        raise BadProblem("along", "the tasks along the way are not met at the start")
-    return refine(limb, question, target, tolerance, intervals)
+    _check_along(path, points, points.path(first, parameters)[0].full().ravel())
+    return refine(limb, question, target, block.tolerance, intervals, on_mesh)
 
 
-def _moving(
-    body: Body, problem: Problem, joints: Sequence[str] | None, start: Array
-) -> tuple[str, ...]:
+def _moving(body: Body, problem: Problem, joints: Sequence[str] | None) -> tuple[str, ...]:
     """Names of the joints that move, in the model's order."""
     if joints is None:
         hands = [task for task in problem.task if isinstance(task, Hand)]
         joints = [f"{name}_{hand.side[0]}" for hand in hands for name in ARM_JOINTS]
     for joint in joints:
         if joint not in body.dofs:
-            raise BadProblem("joints", f"no joint is called {joint!r}; {nearest(joint, body.dofs)}")
-    if not joints:
-        raise BadProblem("joints", "name the joints that move; no task is a hand's")
-    for dof, value, low, high in zip(body.dofs, start, body.lower, body.upper, strict=True):
-        if dof in joints and not low <= value <= high:
             raise BadProblem(
-                f"start of {dof}", f"{value:.4g} is not within {low:.4g} to {high:.4g}"
+                "trajectory.joints", f"no joint is called {joint!r}; {nearest(joint, body.dofs)}"
             )
+    if not joints:
+        raise BadProblem("trajectory.joints", "name the joints that move; no task is a hand's")
     return tuple(dof for dof in body.dofs if dof in joints)
 
 
-def _per_joint(values: PerJoint | None, joints: tuple[str, ...], default: float) -> Array:
+def _resting(
+    body: Body, problem: Problem, moving: tuple[str, ...], asked: Sequence[Constraint]
+) -> Problem:
+    """The problem of the start: tasks that no moving joint can change, and those along the way."""
+    twin, rows = Kinematics.of(body.model), {body.dofs.index(joint) for joint in moving}
+    kept = [
+        task
+        for task, constraint in zip(problem.task, asked, strict=True)
+        if not any(rows & set(twin.support(frame)) for frame in constraint.frames)
+    ]
+    along = problem.trajectory.along if problem.trajectory else ()
+    kept += [task for task in along if task not in kept]
+    return problem.model_copy(update={"task": tuple(kept)})
+
+
+def _check_along(path: Sequence[Constraint], points: Points, missed: Array) -> None:
+    """Refuse a start that misses a task along the way: it would have to jump."""
+    missed = np.where(points.one_sided[1], np.maximum(-missed, 0.0), np.abs(missed))
+    stop = 0
+    for task in path:
+        rows, stop = slice(stop, stop + len(task.rows)), stop + len(task.rows)
+        if np.any(missed[rows] > _MET):
+            raise BadProblem(
+                "start",
+                f"misses the {task.label} by {np.max(missed[rows]):.2g} m or rad; "
+                "what holds along the way must hold from the start",
+            )
+
+
+def _per_joint(
+    key: str, values: float | Mapping[str, float] | None, joints: tuple[str, ...], default: float
+) -> Array:
     """One value for all joints, or values by name; (n,)."""
     if not isinstance(values, Mapping):
         return np.full(len(joints), default if values is None else values)
     for name in values:
         if name not in joints:
-            raise BadProblem(name, f"no such joint moves; {nearest(name, joints)}")
+            raise BadProblem(
+                f"trajectory.{key}.{name}", f"no such joint moves; {nearest(name, joints)}"
+            )
     return np.array([values.get(joint, default) for joint in joints])
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -20,7 +21,12 @@ _SETTLED = 3e-5
 
 
 def refine(
-    limb: Limb, question: Question, target: Array, tolerance: float, intervals: int
+    limb: Limb,
+    question: Question,
+    target: Array,
+    tolerance: float,
+    intervals: int,
+    on_mesh: Callable[[int, int], None] | None = None,
 ) -> Trajectory:
     """Solve on finer and finer meshes until the defect is within the tolerance."""
     mesh = np.full(intervals, 1.0 / intervals)
@@ -28,6 +34,8 @@ def refine(
     barrier = 0.1
     rounds: list[Round] = []
     while True:
+        if on_mesh:
+            on_mesh(len(rounds) + 1, len(mesh))
         solution = solve_on_mesh(question, mesh, guess, barrier)
         if not solution.converged or _endless(question, solution):
             raise InfeasibleReach(_why(question, solution))

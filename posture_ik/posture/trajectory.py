@@ -7,15 +7,23 @@ from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
+import xarray as xr
 from scipy.integrate import solve_ivp
 
 from posture_ik.arrays import Array
 from posture_ik.body import Body
 from posture_ik.errors import PostureIKError
 from posture_ik.posture.collocation import DEGREE, radau
+from posture_ik.posture.result import Posture
+from posture_ik.posture.statement import Statement
+from posture_ik.problem import Problem
 
 #: Relative and absolute tolerance of the integration that checks a trajectory.
-_INTEGRATION = 1e-9
+_INTEGRATION = 1e-10
+
+
+#: What a file tells of a trajectory beside its courses.
+_TOLD = ("cost", "status", "iterations", "primal", "dual", "defect", "overshoot", "end_error")
 
 
 class InfeasibleReach(PostureIKError):
@@ -30,31 +38,32 @@ class Limb:
     """The joints of a body that move, in the model's order, while all others stay as they are.
 
     Attributes:
-        body: the whole.
+        statement: the whole body, the problem, and the tasks met from the start.
         joints: names of the n that move; `rows` tells which they are.
         start: configuration of the whole at the start, (nq,).
-        part: the body with all other joints fixed, n degrees of freedom.
+        part: the body with all other joints fixed, n degrees of freedom, and its springs.
     """
 
-    body: Body
+    statement: Statement
     joints: tuple[str, ...]
     rows: tuple[int, ...]
     start: Array
     part: Body
 
     @classmethod
-    def of(cls, body: Body, joints: tuple[str, ...], start: Array) -> Limb:
+    def of(cls, statement: Statement, joints: tuple[str, ...], start: Array) -> Limb:
         """Fix all joints of a body but some."""
+        body = statement.body
         rows = [body.dofs.index(joint) for joint in joints]
         fixed = [i for i in range(1, body.model.njoints) if i - 1 not in rows]
         part = replace(
             body,
             model=pin.buildReducedModel(body.model, fixed, start),
-            stiffness=body.stiffness[rows],
+            stiffness=statement.stiffness[rows],
             damping=body.damping[rows],
-            q_reference=body.q_reference[rows],
+            q_reference=statement.q_ergo[rows],
         )
-        return cls(body, joints, tuple(rows), start, part)
+        return cls(statement, joints, tuple(rows), start, part)
 
 
 class Sample(NamedTuple):
@@ -96,7 +105,7 @@ class Trajectory:
             of the Lagrangian's gradient; both as IPOPT left them, recomputed.
         defect: largest distance, in position or in speed times the interval's length (m, rad),
             between the end of an interval and where Pinocchio's forward dynamics under tau,
-            integrated by DOP853 from its beginning, arrives.
+            integrated by LSODA from its beginning, arrives.
         overshoot: largest overrun of a limit between the points, as a share of the limit (of the
             range, for positions).
         end_error: largest miss of a task at the end (m, rad) when tau is integrated open loop
@@ -120,6 +129,16 @@ class Trajectory:
     overshoot: float
     end_error: float
     rounds: tuple[Round, ...]
+
+    @property
+    def problem(self) -> Problem:
+        """What was asked."""
+        return self.limb.statement.problem
+
+    @property
+    def body(self) -> Body:
+        """Who moves."""
+        return self.limb.statement.body
 
     @property
     def duration(self) -> float:
@@ -151,8 +170,17 @@ class Trajectory:
         whole[:, self.limb.rows] = self.at(times).q
         return whole
 
+    def postures(self, times: Array) -> tuple[Posture, ...]:
+        """The whole body at times, with its springs' strain; what holds it firm is not computed."""
+        statement = self.limb.statement
+        free = np.zeros(statement.rows), np.zeros(len(statement.stiffness))
+        return tuple(
+            Posture(statement, q, *free, iterations=0, status="on the way", seconds=0.0)
+            for q in self.configurations(times)
+        )
+
     def arrive(self, interval: int, state: Array) -> Array:
-        """Integrate tau over one interval with Pinocchio's `aba` and DOP853.
+        """Integrate tau over one interval with Pinocchio's `aba` and LSODA.
 
         Args:
             interval: which, from 0.
@@ -163,20 +191,34 @@ class Trajectory:
         """
         length = self.duration * self.mesh[interval]
         part = self.limb.part
-        data = part.model.createData()
+        model, data = part.model, part.model.createData()
         rows = slice(DEGREE * interval + 1, DEGREE * (interval + 1) + 1)
         powers = np.linalg.solve(np.vander(radau()[0]), self.tau[rows])
         n, exponents = len(self.limb.joints), np.arange(DEGREE)[::-1]
 
+        def drive(time: float, q: Array, v: Array) -> Array:
+            passive = part.stiffness * (q - part.q_reference) + part.damping * v
+            net: Array = (time / length) ** exponents @ powers - passive
+            return net
+
         def rate(time: float, state: Array) -> Array:
             q, v = state[:n], state[n:]
-            tau = (time / length) ** exponents @ powers
-            passive = part.stiffness * (q - part.q_reference) + part.damping * v
-            return np.concatenate([v, pin.aba(part.model, data, q, v, tau - passive)])
+            return np.concatenate([v, pin.aba(model, data, q, v, drive(time, q, v))])
 
-        found = solve_ivp(
-            rate, (0.0, length), state, "DOP853", rtol=_INTEGRATION, atol=_INTEGRATION
-        )
+        def slope(time: float, state: Array) -> Array:
+            q, v = state[:n], state[n:]
+            pin.computeABADerivatives(model, data, q, v, drive(time, q, v))
+            upper = np.triu(data.Minv)
+            inverse = upper + np.triu(upper, 1).T
+            by_q, by_v = (
+                data.ddq_dq - inverse * part.stiffness,
+                data.ddq_dv - inverse * part.damping,
+            )
+            return np.block([[np.zeros((n, n)), np.eye(n)], [by_q, by_v]])
+
+        # Dampers of light joints make it stiff.
+        accuracy = {"rtol": _INTEGRATION, "atol": _INTEGRATION}
+        found = solve_ivp(rate, (0.0, length), state, "LSODA", jac=slope, **accuracy)
         end: Array = found.y[:, -1]
         return end
 
@@ -195,6 +237,40 @@ class Trajectory:
         for k in range(len(self.mesh)):
             states.append(self.arrive(k, states[-1]))
         return np.array(states)
+
+    def to_dataset(self) -> xr.Dataset:
+        """Everything that a reader of `trajectory.nc` needs, named and with units."""
+
+        def named(values: Array, unit: str, name: str) -> object:
+            return (("time", "dof"), values, {"units": unit, "long_name": name})
+
+        return xr.Dataset(
+            {
+                "q": named(self.q, "m or rad", "configuration"),
+                "v": named(self.v, "m/s or rad/s", "velocity"),
+                "a": named(self.a, "m/s2 or rad/s2", "acceleration"),
+                "tau": named(self.tau, "N or N m", "supplied beyond springs and dampers"),
+                "start": ("joint", self.limb.start, {"units": "m or rad", "long_name": "start"}),
+                "mesh": ("interval", self.mesh, {"long_name": "shares of the duration"}),
+                **{
+                    f"round_{name}": ("round", np.array(values))
+                    for name, values in zip(
+                        Round._fields, zip(*self.rounds, strict=True), strict=True
+                    )
+                },
+            },
+            coords={
+                "time": ("time", self.time, {"units": "s"}),
+                "dof": list(self.limb.joints),
+                "joint": list(self.body.dofs),
+            },
+            attrs={
+                "title": self.problem.title,
+                "duration": self.duration,
+                "effort": self.effort,
+                **{name: getattr(self, name) for name in _TOLD},
+            },
+        )
 
 
 def _lagrange(nodes: Array, at: Array) -> Array:

@@ -19,6 +19,7 @@ from posture_ik.problem.blocks import (
     Seat,
     Subject,
     Task,
+    TrajectoryBlock,
     task_label,
 )
 from posture_ik.problem.load import example_problems, load_problem
@@ -43,6 +44,7 @@ __all__ = [
     "Seat",
     "Subject",
     "Task",
+    "TrajectoryBlock",
     "example_problems",
     "load_problem",
     "number_at",

@@ -325,6 +325,51 @@ class ActivationBlock(Block):
     short_range: bool = False
 
 
+def _read_per_joint(value: Any) -> Any:
+    for joint, number in (value if isinstance(value, dict) else {"": value}).items():
+        is_number = isinstance(number, (int, float)) and not isinstance(number, bool)
+        if not (is_number and math.isfinite(number) and number > 0.0):
+            of = f" for {joint}" if joint else " or a table of joints"
+            raise ValueError(f"write a number above zero{of}, not {number!r}")
+    return value
+
+
+PerJoint = Annotated[float | dict[str, float], BeforeValidator(_read_per_joint)]
+
+
+class TrajectoryBlock(Block):
+    """How to reach the tasks from rest, by optimal control.
+
+    The joints that move go from the posture that meets all other tasks to where all tasks are met,
+    at rest at both ends.
+
+    `cost`: "effort" for least ∫ Σ (torque / strength)² dt, "time" for the least duration.
+    `duration`: s; found where it is not given. `joints`: names of those that move; the arms of the
+    hands in the tasks if not given. `speed`, `torque`: limits to either side, one for all joints or
+    a table of some, rad/s or m/s and N m or N. `strength`: what torques are measured by, likewise.
+    `smoothness`: weight of ∫ Σ a² dt beside the cost. `tolerance`: by how much the motion computed
+    may miss its own integration within an interval, rad or m. `along`: tasks held all the way.
+    """
+
+    cost: Literal["effort", "time"] = "effort"
+    duration: float | None = Field(None, gt=0.0, le=60.0)
+    joints: tuple[str, ...] | None = Field(None, min_length=1)
+    speed: PerJoint | None = None
+    torque: PerJoint | None = None
+    strength: PerJoint = 1.0
+    smoothness: float | None = Field(None, ge=0.0)
+    tolerance: float = Field(1e-4, ge=1e-8, le=0.1)
+    along: tuple[Task, ...] = ()
+
+    @model_validator(mode="after")
+    def _least_time_is_found_and_bounded(self) -> TrajectoryBlock:
+        if self.cost == "time" and self.duration is not None:
+            raise ValueError("least time finds the duration; leave duration out, or ask for effort")
+        if self.cost == "time" and not (self.speed or self.torque):
+            raise ValueError("least time needs a limit on torque or speed, or it takes no time")
+        return self
+
+
 class Problem(Block):
     """A whole problem: who, where, what is held, how it is solved, and how it moves if it does."""
 
@@ -335,14 +380,37 @@ class Problem(Block):
     posture: PostureBlock = PostureBlock()
     lever: dict[str, Lever] = Field(default_factory=dict)
     motion: MotionBlock | None = None
+    trajectory: TrajectoryBlock | None = None
     activation: ActivationBlock | None = None
 
     @model_validator(mode="after")
+    def _moves_one_way(self) -> Problem:
+        if self.motion and self.trajectory:
+            raise ValueError(
+                "a problem has [motion], that follows signals, or [trajectory], that finds its "
+                "own way, not both"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _reaches_for_levers_that_stand(self) -> Problem:
+        for name, lever in self.lever.items():
+            if self.trajectory and lever.follows:
+                raise ValueError(
+                    f"a [trajectory] ends on a lever that stands, and lever.{name} follows the "
+                    "hand; leave follows out"
+                )
+        return self
+
+    @model_validator(mode="after")
     def _levers_exist(self) -> Problem:
-        for number, task in enumerate(self.task, 1):
+        along = self.trajectory.along if self.trajectory else ()
+        for task in (*self.task, *along):
             if isinstance(task, Hand) and task.lever not in (None, *self.lever):
                 known = nearest(str(task.lever), self.lever) if self.lever else "there is none yet"
-                raise ValueError(f"task {number} holds no lever called {task.lever!r}; {known}")
+                raise ValueError(
+                    f"the {task.side} hand holds no lever called {task.lever!r}; {known}"
+                )
         return self
 
     @model_validator(mode="after")
@@ -368,7 +436,13 @@ class Problem(Block):
             if held in seen:
                 raise ValueError(f"task {number} holds {held} a second time; keep one of the two")
             seen.add(held)
-        if "backrest contact" in seen and not self.posture.gravity:
+        along: set[str] = set()
+        for number, task in enumerate(self.trajectory.along if self.trajectory else (), 1):
+            held = task_label(task)
+            if held in along:
+                raise ValueError(f"along {number} holds {held} a second time; keep one of the two")
+            along.add(held)
+        if "backrest contact" in seen | along and not self.posture.gravity:
             raise ValueError(
                 "a backrest_contact needs the weight that presses on it: "
                 "set gravity = true under [posture], or use a backrest task"

@@ -26,6 +26,7 @@ from posture_ik.problem.blocks import (
     Reflex,
     Seat,
     Subject,
+    TrajectoryBlock,
 )
 from posture_ik.resources import resource
 
@@ -161,6 +162,7 @@ _BLOCKS: dict[str, type[Block]] = {
     "motion": MotionBlock,
     "activation": ActivationBlock,
     "reflex": Reflex,
+    "trajectory": TrajectoryBlock,
 }
 
 
@@ -170,10 +172,11 @@ def _place(loc: tuple[int | str, ...], data: dict[str, Any]) -> tuple[str, type[
     model: type[Block] = Problem
     for step in loc:
         if isinstance(step, int):
-            words.append(f"task {step + 1}" if words == ["task"] else f"item {step + 1}")
-            if words[0] == "task" and len(words) == 2:
-                words = words[1:]
-        elif step in _TASKS and words and words[-1].startswith("task "):
+            if words[-1] in ("task", "along"):
+                words[-1] += f" {step + 1}"
+            else:
+                words.append(f"item {step + 1}")
+        elif step in _TASKS and words and words[-1].startswith(("task ", "along ")):
             model = _TASKS[step]
             words[-1] += f" ({step})"
         elif step.startswith(("literal[", "tuple[", "function-", "dict[", "float", "int")):

@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from posture_ik.arrays import Array
-from posture_ik.posture import Motion
 from posture_ik.show.moving import followed, packed, round_times
 from posture_ik.show.person import region
+from posture_ik.show.played import Moving
 from posture_ik.show.plots import Figure, axis, joint_name, layout
 
 #: Colours of the head and the hands, and of x, y, z and the size of a vector.
@@ -68,7 +68,7 @@ def in_peoples_units(dofs: Sequence[str], values: Array) -> Array:
     return np.asarray(values * factors)
 
 
-def joint_courses(motion: Motion) -> dict[str, dict[str, dict[str, Figure]]]:
+def joint_courses(motion: Moving) -> dict[str, dict[str, dict[str, Figure]]]:
     """Charts of what each group of joints does and carries: {group: {turn: {angle, torque}}}.
 
     What neither moves nor carries is left out.
@@ -160,7 +160,7 @@ def _time_layout(unit: str, log: bool) -> Figure:
     }
 
 
-def way_chart(motion: Motion, view: str) -> Figure:
+def way_chart(motion: Moving, view: str) -> Figure:
     """How head and hands move from where they start, from the side or the top, equal axes in mm."""
     up, words = (2, "mm up") if view == "side" else (1, "mm to the left")
     ways = {name: 1000.0 * (way - way[0]) for name, way in followed(motion).items()}
@@ -213,7 +213,7 @@ def way_chart(motion: Motion, view: str) -> Figure:
     }
 
 
-def wrench_charts(motion: Motion) -> dict[str, dict[str, Figure]]:
+def wrench_charts(motion: Moving) -> dict[str, dict[str, Figure]]:
     """Force and moment: the size of each, then each by its axes: {place: {force, moment}}."""
     names = motion.wrench_labels
     both = {"force": (motion.forces, "N"), "moment": (motion.moments, "N m")}

@@ -1,4 +1,7 @@
-"""One page that tells a motion to a colleague: charts over time, peaks, certificate; offline."""
+"""One page that tells a colleague what moves: charts over time, peaks, certificate; offline.
+
+A motion and a trajectory share it; what only one of them has is left out for the other.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +12,9 @@ from plotly.offline import get_plotlyjs
 
 from posture_ik.arrays import Array
 from posture_ik.files import whole_file
-from posture_ik.posture import Motion
+from posture_ik.posture import Motion, Trajectory
 from posture_ik.problem.signals import Constant, Signal, Sine, Table
+from posture_ik.show import reaching
 from posture_ik.show.courses import (
     WAY_COLOURS,
     joint_courses,
@@ -21,8 +25,9 @@ from posture_ik.show.courses import (
 from posture_ik.show.moving import FOLLOWED, followed
 from posture_ik.show.peaks import Row, cards, force_peaks, limits, peaks, speeds
 from posture_ik.show.person import draw_moments
+from posture_ik.show.played import Moving, played
 from posture_ik.show.plots import Figure
-from posture_ik.show.words import BODY_RESTS_ON, PICTURES_REST_ON, power, template, who
+from posture_ik.show.words import BODY_RESTS_ON, PICTURES_REST_ON, number, power, template, who
 
 #: The levels at which tasks hold, their units, and the most that each may miss, the two rates
 #: relative to the fastest joint and the largest acceleration, at least 1.
@@ -33,62 +38,95 @@ LEVELS = (
 )
 
 
-def write_motion_report(motion: Motion, path: Path | str) -> None:
-    """Write the report of a motion as one HTML file that needs no network.
+def write_motion_report(shown: Motion | Trajectory, path: Path | str) -> None:
+    """Write the report of a motion or trajectory as one HTML file that needs no network.
 
     Raises:
         UnwritableOutput: the file cannot be written.
     """
-    page = render_motion_report(motion)
+    page = render_motion_report(shown)
     with whole_file(Path(path)) as scratch:
         scratch.write_text(page, encoding="utf-8")
 
 
-def render_motion_report(motion: Motion) -> str:
-    """Render the report of a motion as HTML, with styles, scripts and charts inside."""
+def render_motion_report(shown: Motion | Trajectory) -> str:
+    """Render the report as HTML, with styles, scripts and charts inside."""
+    motion = played(shown)
     ways = followed(motion)
-    checks = _checks(motion)
+    own = _of_motion(shown) if isinstance(shown, Motion) else _of_reach(shown, motion)
     return template("motion.html").render(
-        motion=motion,
-        asked=_asked(motion),
-        cards=cards(motion),
-        holds=all(check["good"] for check in checks),
+        title=motion.problem.title,
+        holds=all(check["good"] for check in own["checks"]),
         pictures=_pictures(motion, ways),
         ways={name: WAY_COLOURS[name] for name in ways},
         joints=joint_courses(motion),
-        wrenches=wrench_charts(motion),
-        figures=_figures(motion, ways),
         peaks=peaks(motion),
-        forces=force_peaks(motion),
-        limits=limits(motion),
-        checks=checks,
-        assumptions=_assumptions(motion),
+        figures=_way_figures(motion, ways) | own.pop("figures"),
         plotly=get_plotlyjs(),
+        **own,
     )
 
 
-def _figures(motion: Motion, ways: dict[str, Array]) -> dict[str, Figure]:
-    """The charts without a choice, by name."""
+def _of_motion(motion: Motion) -> Row:
+    """What the page says of a motion alone."""
+    steps = f"{len(motion.time)} steps, {number(1000 * (motion.time[1] - motion.time[0]))} ms each"
+    return {
+        "asked": _asked(motion),
+        "cards": cards(motion, steps),
+        "verdict": "every task is met at every step, in position, velocity and acceleration",
+        "wrenches": wrench_charts(motion),
+        "forces": force_peaks(motion),
+        "limits": limits(motion),
+        "checks": _checks(motion),
+        "redundant": motion.redundant,
+        "rounds": [],
+        "assumptions": _assumptions(motion),
+        "figures": {"residual": _residual_figure(motion)},
+    }
+
+
+def _of_reach(found: Trajectory, motion: Moving) -> Row:
+    """What the page says of a trajectory alone; what holds the body firm is not computed."""
+    return {
+        "asked": reaching.asked(found),
+        "cards": [*cards(motion, reaching.lasts(found)), reaching.effort(found)],
+        "verdict": "the torques, integrated, bring the body there, and nothing near costs less",
+        "wrenches": {},
+        "forces": [],
+        "limits": None,
+        "checks": reaching.checks(found),
+        "redundant": (),
+        "rounds": reaching.rounds(found),
+        "assumptions": reaching.assumptions(found),
+        "figures": {},
+    }
+
+
+def _residual_figure(motion: Motion) -> Figure:
+    """The largest miss of each level over time."""
     misses = np.maximum(np.abs(motion.residuals).max(axis=2), 1e-18)
     names = [f"{level.lower()}, {unit}" for level, unit, _ in LEVELS]
-    figures = {
-        "residual": over_time(
-            motion.time,
-            dict(zip(names, misses.T, strict=True)),
-            "largest miss",
-            ["#1d5fae", "#0e7a6c", "#b35a0c"],
-            log=True,
-        )
-    }
-    if ways:
-        figures |= {f"way_{view}": way_chart(motion, view) for view in ("side", "top")}
-        moving = {name: speed for name, speed in speeds(motion).items() if name in ways}
-        colours = [WAY_COLOURS[name] for name in moving]
-        figures["speed"] = over_time(motion.time, moving, "m/s", colours)
+    return over_time(
+        motion.time,
+        dict(zip(names, misses.T, strict=True)),
+        "largest miss",
+        ["#1d5fae", "#0e7a6c", "#b35a0c"],
+        log=True,
+    )
+
+
+def _way_figures(motion: Moving, ways: dict[str, Array]) -> dict[str, Figure]:
+    """Paths and speeds of what goes somewhere, by name."""
+    if not ways:
+        return {}
+    figures = {f"way_{view}": way_chart(motion, view) for view in ("side", "top")}
+    moving = {name: speed for name, speed in speeds(motion).items() if name in ways}
+    colours = [WAY_COLOURS[name] for name in moving]
+    figures["speed"] = over_time(motion.time, moving, "m/s", colours)
     return figures
 
 
-def telling_steps(motion: Motion, most: int = 5) -> list[int]:
+def telling_steps(motion: Moving, most: int = 5) -> list[int]:
     """Steps at which head and hands stand farthest from one another's places, in order of time.
 
     The first is the start; each more is the farthest from those chosen, while that is over 5 mm.
@@ -114,7 +152,7 @@ def telling_steps(motion: Motion, most: int = 5) -> list[int]:
     return sorted(chosen)
 
 
-def _pictures(motion: Motion, ways: dict[str, Array]) -> list[str]:
+def _pictures(motion: Moving, ways: dict[str, Array]) -> list[str]:
     steps = telling_steps(motion)
     titles = [f"{motion.time[i]:.2f} s" for i in steps]
     every = max(1, len(motion.time) // 60)
@@ -167,8 +205,8 @@ def _checks(motion: Motion) -> list[Row]:
         worst = float(misses[step, row])
         checks.append(
             {
-                "level": name,
-                "miss": f"{power(worst)} {unit}",
+                "what": name,
+                "value": f"{power(worst)} {unit}",
                 "where": f"{labels[row]}, at {motion.time[step]:.3f} s" if worst else "everywhere",
                 "must": f"at most {power(allowed)}",
                 "good": worst <= allowed,

@@ -13,16 +13,17 @@ import pinocchio as pin
 from posture_ik.arrays import Array
 from posture_ik.body.scaling import Scale
 from posture_ik.kinematics import frame_poses
-from posture_ik.posture import Motion, Posture, Wrench
+from posture_ik.posture import Posture, Wrench
 from posture_ik.problem import SPINE
 from posture_ik.show.arrows import arrows, size, turns
 from posture_ik.show.looks import Look
-from posture_ik.show.scene import leaning, sticks, tinted
+from posture_ik.show.played import Moving, Sampled
+from posture_ik.show.scene import Handles, handles_of, leaning, tinted
 from posture_ik.show.skin import back_of, ride, skin
 from posture_ik.show.strain import Part, colour, full_scale
 
-#: Shown instants a second, and at most so many in all; the page moves smoothly between them.
-_A_SECOND, _MOST = 60.0, 900
+#: Shown instants a second, and the least and most in all; the page moves smoothly between them.
+_A_SECOND, _LEAST, _MOST = 60.0, 61, 900
 #: Frames whose way through the world is drawn, and what people call them.
 FOLLOWED = {"Head": "head", "grip_r": "right hand", "grip_l": "left hand"}
 #: What stays within this (m) has no way worth drawing.
@@ -30,17 +31,18 @@ _STILL = 5e-3
 
 
 def shown_steps(time: Array) -> npt.NDArray[np.int64]:
-    """Which steps of a motion a page shows, (f,): at most 60 a second, first and last among them.
+    """Which steps of a motion a page shows, (f,): at most 60 a second, or 61; first and last too.
 
     Args:
         time: of every step, (T,), s.
     """
-    count = min(len(time), int((time[-1] - time[0]) * _A_SECOND) + 1, _MOST)
+    count = max(int((time[-1] - time[0]) * _A_SECOND) + 1, _LEAST)
+    count = min(len(time), count, _MOST)
     wanted = np.linspace(time[0], time[-1], max(count, 2))
     return np.unique(np.searchsorted((time[1:] + time[:-1]) / 2, wanted))
 
 
-def wrenches_at(motion: Motion, step: int) -> list[Wrench]:
+def wrenches_at(motion: Moving, step: int) -> list[Wrench]:
     """What acts on the person at a step, the seat last."""
     return [
         Wrench(label, motion.forces[step, k], motion.moments[step, k], motion.points[step, k])
@@ -48,7 +50,7 @@ def wrenches_at(motion: Motion, step: int) -> list[Wrench]:
     ]
 
 
-def largest_wrenches(motion: Motion) -> list[Wrench]:
+def largest_wrenches(motion: Moving) -> list[Wrench]:
     """The largest force and the largest moment of everything that acts during a motion."""
     found = []
     for k, label in enumerate(motion.wrench_labels):
@@ -59,7 +61,7 @@ def largest_wrenches(motion: Motion) -> list[Wrench]:
     return found
 
 
-def peak_parts(motion: Motion, parts: Mapping[str, Part]) -> dict[str, Part]:
+def peak_parts(motion: Moving, parts: Mapping[str, Part]) -> dict[str, Part]:
     """The same parts with the most strain energy they hold at any shown instant."""
     energies = np.array([motion.postures[i].energies for i in shown_steps(motion.time)])
     return {
@@ -68,7 +70,7 @@ def peak_parts(motion: Motion, parts: Mapping[str, Part]) -> dict[str, Part]:
     }
 
 
-def followed(motion: Motion) -> dict[str, Array]:
+def followed(motion: Moving) -> dict[str, Array]:
     """Where the head and the hands go, (T, 3), m, by name; those that stay are left out."""
     ways = {
         name: np.array([posture.frames[frame].translation for posture in motion.postures])
@@ -86,7 +88,7 @@ def round_times(time: Array, most: int = 8) -> Array:
     return np.asarray(time[0] + step * np.arange(int(span / step + 1e-9) + 1))
 
 
-def animation(motion: Motion, looks: Sequence[Look], parts: Mapping[str, Part]) -> dict[str, Any]:
+def animation(motion: Moving, looks: Sequence[Look], parts: Mapping[str, Part]) -> dict[str, Any]:
     """Everything that the page's player needs to show any instant of a motion.
 
     Args:
@@ -96,7 +98,7 @@ def animation(motion: Motion, looks: Sequence[Look], parts: Mapping[str, Part]) 
     """
     steps = shown_steps(motion.time)
     postures = [motion.postures[i] for i in steps]
-    placed = _placed(postures, looks)
+    placed = _placed(postures, handles(motion, steps), looks)
     energies = np.array([posture.energies for posture in postures])
     instants = motion.time[steps]
     ticks = round_times(instants)
@@ -128,12 +130,19 @@ def packed(values: npt.ArrayLike, kind: str = "<f4") -> str:
     return base64.b64encode(np.ascontiguousarray(values, kind).tobytes()).decode("ascii")
 
 
-def _placed(postures: Sequence[Posture], looks: Sequence[Look]) -> dict[str, list[pin.SE3]]:
+def handles(motion: Moving, steps: Sequence[int] | npt.NDArray[np.int64]) -> list[Handles]:
+    """Where the levers stand at some steps: as the postures have them, or where a reach ends."""
+    held = [-1] * len(steps) if isinstance(motion, Sampled) else steps
+    return [handles_of(motion.postures[i]) for i in held]
+
+
+def _placed(
+    postures: Sequence[Posture], held: Sequence[Handles], looks: Sequence[Look]
+) -> dict[str, list[pin.SE3]]:
     """The pose of everything that moves, at each instant, by its path in the drawing."""
     links = dict.fromkeys((*SPINE, *(look.link for look in looks)))
     placed = {f"person/{link}": [p.frames[link] for p in postures] for link in links}
-    held = [sticks(posture) for posture in postures]
-    placed |= {f"levers/{name}": [poses[name] for poses in held] for name in held[0]}
+    placed |= {f"levers/{name}": [now[name] for now in held] for name in held[0]}
     if len({posture.problem.seat.recline_deg for posture in postures}) > 1:
         placed["seat/backrest"] = [_backrest(posture) for posture in postures]
     return placed
@@ -182,7 +191,7 @@ def _skin(posture: Posture, paths: Sequence[str]) -> dict[str, Any]:
     }
 
 
-def _wrenches(motion: Motion, steps: npt.NDArray[np.int64]) -> dict[str, Any]:
+def _wrenches(motion: Moving, steps: npt.NDArray[np.int64]) -> dict[str, Any]:
     """What acts at each instant: force (3), moment (3), point (3), and how they are drawn.
 
     `drawn` holds where an arrow starts, where it ends, and the moment's axis times the radius of
@@ -190,8 +199,8 @@ def _wrenches(motion: Motion, steps: npt.NDArray[np.int64]) -> dict[str, Any]:
     those of the shapes in the drawing, by name.
     """
     largest = largest_wrenches(motion)
-    force = max(float(np.linalg.norm(w.force)) for w in largest)
-    moment = max(float(np.linalg.norm(w.moment)) for w in largest)
+    force = max((float(np.linalg.norm(w.force)) for w in largest), default=0.0)
+    moment = max((float(np.linalg.norm(w.moment)) for w in largest), default=0.0)
     drawn = np.zeros((len(steps), len(largest), 9))
     loads = []
     for f, i in enumerate(steps):

@@ -23,18 +23,21 @@ from posture_ik.arrays import Array
 from posture_ik.body.scaling import Scale
 from posture_ik.files import whole_file
 from posture_ik.kinematics import frame_poses
-from posture_ik.posture import Motion, Posture, Wrench
+from posture_ik.posture import Motion, Posture, Trajectory, Wrench
 from posture_ik.resources import resource
 from posture_ik.show.arrows import acting, labels, size
 from posture_ik.show.looks import Look, looks_of
 from posture_ik.show.moving import (
     animation,
+    handles,
     largest_wrenches,
     packed,
     peak_parts,
     shown_steps,
     wrenches_at,
 )
+from posture_ik.show.played import Moving, played
+from posture_ik.show.reaching import checks
 from posture_ik.show.scene import CAGE, draw, floor_height
 from posture_ik.show.strain import RAMP, Part, action, full_scale, parts_of, place_on_scale
 
@@ -49,38 +52,40 @@ class _Recorder:
         self.commands.append(base64.b64encode(umsgpack.packb(command.lower())).decode("ascii"))
 
 
-def write_view(shown: Posture | Motion, path: Path) -> None:
+def write_view(shown: Posture | Motion | Trajectory, path: Path) -> None:
     """Write one HTML file that opens in any browser, without any network.
 
     Args:
-        shown: a posture, or a motion to play.
+        shown: a posture, or a motion or trajectory to play.
         path: of the file; it is written whole or not at all.
 
     Raises:
         UnwritableOutput: the file cannot be written.
     """
     recorder = _Recorder()
-    _draw(meshcat.Visualizer(window=recorder), shown)
+    moving = _moving(shown)
+    _draw(meshcat.Visualizer(window=recorder), moving)
     with whole_file(path) as scratch:
-        scratch.write_text(_page(shown, recorder.commands), encoding="utf-8")
+        scratch.write_text(_page(moving, _facts(shown), recorder.commands), encoding="utf-8")
 
 
-def view(shown: Posture | Motion, browse: bool = True) -> None:
+def view(shown: Posture | Motion | Trajectory, browse: bool = True) -> None:
     """Serve the same page live through meshcat's server, until interrupted.
 
     Other programs can draw into it at the server's `zmq_url`, which is printed.
 
     Args:
-        shown: a posture, or a motion to play.
+        shown: a posture, or a motion or trajectory to play.
         browse: open the page in the user's browser.
     """
     bridge = ZMQWebSocketBridge()
-    page = _page(shown, None)
+    moving = _moving(shown)
+    page = _page(moving, _facts(shown), None)
     bridge.app.add_handlers(r".*", [(r"/posture", _PageHandler, {"page": page})])
     address = f"http://{bridge.host}:{bridge.fileserver_port}/posture"
 
     def fill() -> None:
-        _draw(meshcat.Visualizer(zmq_url=bridge.zmq_url), shown)
+        _draw(meshcat.Visualizer(zmq_url=bridge.zmq_url), moving)
         print(f"With legend and labels: {address} (zmq_url={bridge.zmq_url}); Ctrl-C ends it.")
         if browse:
             webbrowser.open(address)
@@ -100,15 +105,19 @@ class _PageHandler(tornado.web.RequestHandler):
         self.finish(self.page)
 
 
-def _draw(visualizer: meshcat.Visualizer, shown: Posture | Motion) -> None:
+def _draw(visualizer: meshcat.Visualizer, shown: Posture | Moving) -> None:
     """Draw a posture, or where a motion starts with every force that it will need."""
     if isinstance(shown, Posture):
         draw(visualizer, shown)
     else:
-        draw(visualizer, shown.postures[0], largest_wrenches(shown))
+        draw(visualizer, shown.postures[0], largest_wrenches(shown), *handles(shown, [0]))
 
 
-def _page(shown: Posture | Motion, commands: list[str] | None) -> str:
+def _moving(shown: Posture | Motion | Trajectory) -> Posture | Moving:
+    return shown if isinstance(shown, Posture) else played(shown)
+
+
+def _page(shown: Posture | Moving, facts: list[tuple[str, str]], commands: list[str] | None) -> str:
     """The page: with the drawing in it, or, without commands, listening to the live server."""
     files = resource("viz")
     pages = jinja2.Environment(
@@ -120,12 +129,12 @@ def _page(shown: Posture | Motion, commands: list[str] | None) -> str:
     if isinstance(shown, Posture):
         postures = [shown]
         parts = parts_of(shown, links)
-        facts, wrenches, motion = _facts(shown), acting(shown), None
+        wrenches, motion = acting(shown), None
         loads = _loads((*shown.wrenches, shown.seat))
     else:
         postures = [shown.postures[i] for i in shown_steps(shown.time)]
         parts = peak_parts(shown, parts_of(postures[0], links))
-        facts, wrenches = _motion_facts(shown), largest_wrenches(shown)
+        wrenches = largest_wrenches(shown)
         motion, loads = animation(shown, looks, parts), _loads(wrenches_at(shown, 0))
         scripts.append("play.js")
     return pages.get_template("view.html").render(
@@ -142,8 +151,17 @@ def _page(shown: Posture | Motion, commands: list[str] | None) -> str:
     )
 
 
-def _facts(posture: Posture) -> list[tuple[str, str]]:
+def _facts(shown: Posture | Motion | Trajectory) -> list[tuple[str, str]]:
     """What to know at a glance."""
+    match shown:
+        case Motion():
+            return _motion_facts(shown)
+        case Trajectory():
+            return _reach_facts(shown)
+    return _posture_facts(shown)
+
+
+def _posture_facts(posture: Posture) -> list[tuple[str, str]]:
     certificate = posture.certificate
     residual = max(certificate.primal, certificate.dual)
     return [
@@ -162,6 +180,20 @@ def _motion_facts(motion: Motion) -> list[tuple[str, str]]:
         ("Backrest reclined", f"{low:g}°" if low == high else f"{low:.3g}° to {high:.3g}°"),
         ("Strain energy", _joules(motion.postures[0].elastic_energy)),
         ("Tasks and rates met to", f"{motion.worst_residuals().max():.0e}"),
+    ]
+
+
+def _reach_facts(found: Trajectory) -> list[tuple[str, str]]:
+    """The same for a trajectory."""
+    start = found.postures(found.time[:1])[0]
+    holds = all(check["good"] for check in checks(found))
+    return [
+        ("Takes", f"{found.duration:.3g} s"),
+        ("Backrest reclined", f"{found.problem.seat.recline_deg:g}°"),
+        ("Strain energy", _joules(start.elastic_energy)),
+        ("Effort", f"{found.effort:.3g} (N m)² s"),
+        ("Certificate", "holds" if holds else "fails"),
+        ("Integrated, ends within", f"{found.end_error:.0e} m, rad"),
     ]
 
 

@@ -11,13 +11,14 @@ from posture_ik.arrays import Array
 from posture_ik.posture import Motion
 from posture_ik.show.courses import STILL, groups_of, in_peoples_units, short_name
 from posture_ik.show.moving import FOLLOWED
+from posture_ik.show.played import Moving
 from posture_ik.show.plots import joint_name
 from posture_ik.show.words import direction, number, units
 
 Row = dict[str, Any]
 
 
-def speeds(motion: Motion) -> dict[str, Array]:
+def speeds(motion: Moving) -> dict[str, Array]:
     """Speed of the head and of the hands, (T,), m/s, by name."""
     model = motion.body.model
     data = model.createData()
@@ -31,15 +32,15 @@ def speeds(motion: Motion) -> dict[str, Array]:
     return {FOLLOWED[frame]: speed for frame, speed in zip(frames, found.T, strict=True)}
 
 
-def cards(motion: Motion) -> list[Row]:
-    """Key numbers: how long, how fast, how strong."""
+def cards(motion: Moving, lasts: str) -> list[Row]:
+    """Key numbers: how long, and in a word why, how fast, how strong."""
     time = motion.time
     cards = [
         {
             "name": "Lasts",
             "value": number(time[-1] - time[0]),
             "unit": "s",
-            "more": f"{len(time)} steps, {number(1000 * (time[1] - time[0]))} ms each",
+            "more": lasts,
         }
     ]
     fast = speeds(motion)
@@ -64,10 +65,8 @@ def cards(motion: Motion) -> list[Row]:
             "more": f"{_full_name(motion, joint)} at {_when(motion, motion.tau[:, joint])}",
         }
     )
-    for kind, values, unit in (
-        ("force", motion.forces, "N"),
-        ("moment", motion.moments, "N m"),
-    ):
+    both = (("force", motion.forces, "N"), ("moment", motion.moments, "N m"))
+    for kind, values, unit in both if motion.wrench_labels else ():
         sizes = np.linalg.norm(values, axis=2)
         place = int(np.argmax(sizes.max(axis=0)))
         cards.append(
@@ -81,17 +80,17 @@ def cards(motion: Motion) -> list[Row]:
     return cards
 
 
-def _when(motion: Motion, values: Array) -> str:
+def _when(motion: Moving, values: Array) -> str:
     """When something (T,) is largest."""
     return f"{motion.time[np.argmax(np.abs(values))]:.3f} s"
 
 
-def _full_name(motion: Motion, index: int) -> str:
+def _full_name(motion: Moving, index: int) -> str:
     dof = motion.body.dofs[index]
     return f"{joint_name(dof)}{direction(dof)}"
 
 
-def peaks(motion: Motion) -> list[Row]:
+def peaks(motion: Moving) -> list[Row]:
     """For each group and what it does: the joint that moves most, is fastest, carries most."""
     dofs = motion.body.dofs
     moved, fast = in_peoples_units(dofs, motion.q), in_peoples_units(dofs, motion.v)
@@ -122,7 +121,7 @@ def peaks(motion: Motion) -> list[Row]:
     return rows
 
 
-def force_peaks(motion: Motion) -> list[Row]:
+def force_peaks(motion: Moving) -> list[Row]:
     """The largest force and moment at each place, and when."""
     rows = []
     for k, name in enumerate(motion.wrench_labels):

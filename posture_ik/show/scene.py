@@ -26,6 +26,8 @@ from posture_ik.show.skin import back_of, skin
 from posture_ik.show.strain import Part, colour, full_scale, parts_of
 
 Colour = Sequence[float]
+#: Poses of handles in the world, by the lever's name or the hand's side.
+Handles = Mapping[str, pin.SE3]
 
 #: Shapes of the rib cage and shoulders, which a page can hide.
 CAGE = ("rib", "false_rib", "sternum", "clavicle_r", "clavicle_l", "scapula_r", "scapula_l")
@@ -41,7 +43,10 @@ _SOLE = 0.075
 
 
 def draw(
-    visualizer: meshcat.Visualizer, posture: Posture, wrenches: Sequence[Wrench] | None = None
+    visualizer: meshcat.Visualizer,
+    posture: Posture,
+    wrenches: Sequence[Wrench] | None = None,
+    handles: Handles | None = None,
 ) -> None:
     """Draw a posture: the person, the reference shape as a ghost, the seat, forces and levers.
 
@@ -49,6 +54,7 @@ def draw(
         visualizer: meshcat's, live or recording.
         posture: what to draw.
         wrenches: the forces and moments to draw; what acts in the posture if not given.
+        handles: where the levers stand; as the posture has them if not given.
     """
     body = posture.body
     now, reference = posture.frames, frame_poses(body.model, body.q_reference)
@@ -68,12 +74,12 @@ def draw(
         _arrow(visualizer[f"forces/{arrow.name}/force"], arrow)
     for turn in turns(wrenches):
         _turn(visualizer[f"forces/{turn.name}/moment"], turn)
-    for name, handle in sticks(posture).items():
+    for name, handle in (handles or handles_of(posture)).items():
         lever = posture.problem.lever.get(name)
         _lever(visualizer[f"levers/{name}"], handle, lever)
 
 
-def sticks(posture: Posture) -> dict[str, pin.SE3]:
+def handles_of(posture: Posture) -> dict[str, pin.SE3]:
     """Pose of every handle: the levers', and one in each hand that holds none, by its side."""
     hands = [task for task in posture.problem.task if isinstance(task, Hand) and not task.lever]
     free = {hand.side: posture.frames[f"grip_{hand.side[0]}"] for hand in hands}

@@ -7,7 +7,7 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from posture_ik.posture import Motion, Posture
+from posture_ik.posture import Motion, Posture, Trajectory
 
 
 def summary(posture: Posture) -> Group:
@@ -150,4 +150,61 @@ def motion_record(motion: Motion) -> dict[str, object]:
         "acceleration_residual": acceleration,
         "redundant": list(motion.redundant),
         "peak_tau": dict(zip(motion.body.dofs, peak.tolist(), strict=True)),
+    }
+
+
+def trajectory_summary(found: Trajectory) -> Group:
+    """How long a reach takes, what it costs and takes at most, and can it be trusted."""
+    head = Table(title=found.problem.title, title_justify="left", show_header=False, box=None)
+    head.add_column(style="dim")
+    head.add_column()
+    head.add_row("takes", f"{found.duration:.4g} s, with {found.effort:.4g} (N m)² s of effort")
+    head.add_row(
+        "found on", " → ".join(str(each.intervals) for each in found.rounds) + " intervals"
+    )
+    head.add_row(
+        "certificate",
+        f"equations and limits to {found.primal:.0e}, gradient to {found.dual:.0e}, intervals "
+        f"integrated to {found.defect:.0e}",
+    )
+    head.add_row("integrated, it ends", f"{found.end_error:.0e} m or rad from its tasks")
+    table = Table(title="What the joints do at most", title_justify="left", box=None)
+    for name in ("degree of freedom", "from", "to", "moves at most", "supplies at most"):
+        table.add_column(name, justify="left" if name.startswith("degree") else "right")
+    fastest, strongest = (np.abs(each).max(axis=0) for each in (found.v, found.tau))
+    for i, dof in enumerate(found.limb.joints):
+        slide = dof.endswith("_axial")
+        factor, unit = (1e3, " mm") if slide else (np.degrees(1.0), "°")
+        table.add_row(
+            dof,
+            f"{factor * found.q[0, i]:.1f}{unit}",
+            f"{factor * found.q[-1, i]:.1f}{unit}",
+            f"{factor * fastest[i]:.1f}{unit}/s",
+            f"{_number(strongest[i])} {'N' if slide else 'N m'}",
+        )
+    return Group(head, "", table)
+
+
+def trajectory_record(found: Trajectory) -> dict[str, object]:
+    """The same for machines: plain numbers, SI units in the keys."""
+    joints = found.limb.joints
+    peaks = {"peak_speed": found.v, "peak_tau": found.tau}
+    return {
+        "title": found.problem.title,
+        "status": found.status,
+        "cost": found.cost,
+        "duration_s": found.duration,
+        "effort_N2m2s": found.effort,
+        "primal_residual": found.primal,
+        "dual_residual": found.dual,
+        "defect": found.defect,
+        "overshoot": found.overshoot,
+        "end_error": found.end_error,
+        "rounds": [each._asdict() for each in found.rounds],
+        "start": dict(zip(joints, found.q[0].tolist(), strict=True)),
+        "end": dict(zip(joints, found.q[-1].tolist(), strict=True)),
+        **{
+            name: dict(zip(joints, np.abs(values).max(axis=0).tolist(), strict=True))
+            for name, values in peaks.items()
+        },
     }

@@ -122,3 +122,20 @@ def test_a_result_with_other_tasks_is_refused(folder: Path) -> None:
     (folder / "problem.toml").write_text(text.replace('position = "free"', 'position = "over C1"'))
     with pytest.raises(BadResult, match=r"does not belong to the problem\.toml"):
         pik.read_posture(folder)
+
+
+def test_a_trajectory_is_written_with_its_certificate(tmp_path: Path) -> None:
+    problem = pik.load_problem("reach_cyclic")
+    found = pik.reach(pik.build_body(problem.subject), problem)
+    pik.write_trajectory(found, tmp_path)
+    with xr.open_dataset(tmp_path / "trajectory.nc", engine="h5netcdf") as data:
+        for name in ("q", "v", "a", "tau"):
+            assert data[name].dims == ("time", "dof")
+            assert data[name].attrs["units"]
+            np.testing.assert_array_equal(data[name], getattr(found, name))
+        np.testing.assert_array_equal(data["time"], found.time)
+        assert list(data["dof"].values) == list(found.limb.joints)
+        for name in ("cost", "status", "primal", "dual", "defect", "overshoot", "end_error"):
+            assert data.attrs[name] == getattr(found, name)
+        assert list(data["round_intervals"].values) == [each.intervals for each in found.rounds]
+        np.testing.assert_array_equal(data["start"], found.limb.start)

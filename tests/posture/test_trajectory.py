@@ -15,7 +15,7 @@ from scipy.linalg import expm, solve_continuous_lyapunov
 import posture_ik as pik
 from posture_ik.kinematics import Kinematics, frame_poses
 from posture_ik.posture.collocation import Points, radau
-from posture_ik.posture.control import SMOOTHNESS, reach
+from posture_ik.posture.control import SMOOTHNESS
 from posture_ik.posture.mesh import Question, program_on
 from posture_ik.posture.tasks import constraints_of
 from posture_ik.posture.trajectory import InfeasibleReach, Trajectory
@@ -23,6 +23,20 @@ from posture_ik.posture.trajectory import InfeasibleReach, Trajectory
 # What the issue asks of the closed forms, relative.
 CLOSE = 1e-4
 GRAVITY = 9.81
+
+
+def reach(
+    body: pik.Body,
+    problem: pik.Problem,
+    start: np.ndarray | None = None,
+    intervals: int = 8,
+    **asked: Any,
+) -> Trajectory:
+    """Reach from the reference shape, asked for by keywords in place of a [trajectory] block."""
+    block = pik.TrajectoryBlock(**asked)
+    problem = problem.model_copy(update={"trajectory": block})
+    first = body.q_reference if start is None else start
+    return pik.reach(body, problem, start=first, intervals=intervals)
 
 
 def machine(joint: pin.JointModel, mass: float, length: float, **springs: float) -> pik.Body:
@@ -394,8 +408,26 @@ def test_a_task_along_the_way_holds_all_the_way(body: pik.Body) -> None:
 def test_a_task_along_the_way_must_hold_at_the_start(
     body: pik.Body, to_the_cyclic: pik.Problem
 ) -> None:
-    with pytest.raises(pik.errors.BadProblem, match="not met at the start"):
+    """A target that the hand does not hold yet is one that it would have to jump to."""
+    with pytest.raises(pik.errors.BadProblem, match="start: misses the right hand along the way"):
         reach(body, to_the_cyclic, along=to_the_cyclic.task, duration=1.0)
+
+
+def test_a_task_along_the_way_settles_the_start(body: pik.Body) -> None:
+    """Not given, the start is the posture that meets it, and what no moving joint can change."""
+    held = pik.Frame(frame="grip_r", components=("x",), position=(0.40, 0.0, 0.0))
+    aside = pik.Hand(side="right", position=(0.0, -0.25, 0.30), components=("y", "z"))
+    block = pik.TrajectoryBlock(duration=0.8, along=(held,))
+    problem = pik.Problem(task=(pik.Head(), aside), trajectory=block)
+    problem = problem.model_copy(update={"seat": pik.Seat(recline_deg=10)})
+    found = pik.reach(body, problem)
+    alone = pik.Problem(task=(pik.Head(), held), seat=problem.seat)
+    np.testing.assert_allclose(found.limb.start, pik.solve_posture(body, alone).q, atol=1e-9)
+    for q in found.configurations(np.linspace(0.0, 0.8, 7)):
+        assert abs(grip(body, q).translation[0] - 0.40) < 1e-4
+    ahead = frame_poses(body.model, found.configurations(found.time[-1:])[0])["Head"].rotation
+    reference = frame_poses(body.model, body.q_reference)["Head"].rotation
+    np.testing.assert_allclose(ahead, reference, atol=1e-8)
 
 
 # --- more joints, other starts ---------------------------------------------------------------
@@ -439,6 +471,37 @@ def test_out_of_reach_is_named(body: pik.Body) -> None:
         reach(body, pik.Problem(task=(far,)), duration=1.0)
 
 
+def test_an_unreachable_lever_is_named(body: pik.Body) -> None:
+    problem = pik.load_problem("reach_cyclic", ("lever.cyclic.pivot=[1.1, 0.0, -0.17]",))
+    with pytest.raises(pik.InfeasiblePosture, match="'right hand' cannot be met: at best") as told:
+        pik.reach(body, problem)
+    assert {miss.unit for miss in told.value.misses} == {"m"} or told.value.misses[0].size > 1.0
+
+
+@pytest.mark.parametrize("frame", ["grip_r", "hand_r", "radius_r"])
+def test_two_poses_for_one_hand_are_named(
+    body: pik.Body, to_the_cyclic: pik.Problem, frame: str
+) -> None:
+    """The stick, and a link of the same arm held where the reference shape has it."""
+    place = frame_poses(body.model, body.q_reference)[frame].translation + np.array([0.0, 0.1, 0.0])
+    other = pik.Frame(frame=frame, components=("x", "y", "z"), position=tuple(place))
+    both = pik.Problem(task=(*to_the_cyclic.task, other))
+    with pytest.raises(pik.InfeasiblePosture, match="cannot be met together") as told:
+        reach(body, both, duration=1.0)
+    assert {miss.task for miss in told.value.misses} == {"right hand", f"frame {frame}"}
+
+
+def test_an_end_against_the_way_is_named(body: pik.Body) -> None:
+    """What holds along the way holds at the end too."""
+    at = grip(body, body.q_reference).translation
+    held = pik.Frame(frame="grip_r", components=("z",), position=tuple(at))
+    above = pik.Hand(
+        side="right", position=tuple(at + np.array([0.0, 0.0, 0.1])), components=("x", "y", "z")
+    )
+    with pytest.raises(pik.InfeasiblePosture, match="'frame grip_r along the way'"):
+        reach(body, pik.Problem(task=(above,)), duration=1.0, along=(held,))
+
+
 def test_too_weak_is_named(body: pik.Body, to_the_cyclic: pik.Problem) -> None:
     with pytest.raises(InfeasibleReach, match="widen the limits"):
         reach(body, to_the_cyclic, duration=1.0, torque=0.5)
@@ -448,9 +511,8 @@ def test_too_weak_is_named(body: pik.Body, to_the_cyclic: pik.Problem) -> None:
     ("keywords", "message"),
     [
         ({"joints": ["elbow_r"]}, "no joint is called 'elbow_r'; did you mean 'elbow_flexion_r'"),
-        ({"cost": "time"}, "give a limit"),
         ({"torque": {"elbow": 3.0}}, "no such joint moves; did you mean 'elbow_flexion_r'"),
-        ({"duration": 0.0}, "not above zero"),
+        ({"strength": {"wrist_flexion_l": 3.0}}, "trajectory.strength.wrist_flexion_l: no such"),
         ({"start": 10.0}, "start of shoulder_flexion_r: 10 is not within"),
     ],
 )

@@ -1,0 +1,115 @@
+"""A reach in words: what was asked, what it cost, and how far it can be trusted."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from posture_ik.posture import Trajectory
+from posture_ik.problem import TrajectoryBlock, task_label
+from posture_ik.show.words import BODY_RESTS_ON, PICTURES_REST_ON, number, power, who
+
+#: What a trajectory may miss: equations and limits, the gradient, its tasks when integrated
+#: (m or rad), and its limits between the points (share).
+MOST = {"primal": 1e-8, "dual": 1e-6, "end_error": 1e-3, "overshoot": 0.05}
+
+
+def block_of(found: Trajectory) -> TrajectoryBlock:
+    """How the reach was asked for."""
+    return found.problem.trajectory or TrajectoryBlock()
+
+
+def asked(found: Trajectory) -> list[str]:
+    """What the problem says."""
+    block = block_of(found)
+    arms = {joint[-2:] for joint in found.limb.joints}
+    joints = f"{len(found.limb.joints)} joints move"
+    if len(arms) == 1 and len(found.limb.joints) == 7:
+        joints = f"the {'right' if arms == {'_r'} else 'left'} arm moves"
+    limits = [
+        f"{name} limited{f' to {number(limit)} {unit}' if isinstance(limit, float) else ''}"
+        for name, limit, unit in (("torque", block.torque, "N m"), ("speed", block.speed, "rad/s"))
+        if limit is not None
+    ]
+    along = ", ".join(task_label(task) for task in block.along)
+    return [
+        who(found.problem.subject),
+        "least effort" if block.cost == "effort" else "least time",
+        *([f"in {block.duration:g} s"] if block.duration is not None else []),
+        *limits,
+        joints,
+        "at the end " + ", ".join(task_label(task) for task in found.problem.task),
+        *([f"all the way {along}"] if along else []),
+        "with gravity",
+    ]
+
+
+def lasts(found: Trajectory) -> str:
+    """Why it takes as long as it does."""
+    block = block_of(found)
+    if block.cost == "time":
+        return "the least within the limits"
+    return "as asked" if block.duration is not None else "the time that costs least"
+
+
+def effort(found: Trajectory) -> dict[str, Any]:
+    """The effort, as a key number."""
+    return {
+        "name": "Effort",
+        "value": number(found.effort),
+        "unit": "(N m)² s",
+        "more": "integral of the squared torques of all joints that move",
+    }
+
+
+def checks(found: Trajectory) -> list[dict[str, Any]]:
+    """What is checked anew on the result: its value, what it must be, what that means."""
+    most = MOST | {"defect": block_of(found).tolerance}
+    rows = (
+        ("primal", "Equations and limits, at the points", "the motion is one of this body, "
+         "within its limits, and ends at rest on its tasks"),
+        ("dual", "Gradient of the Lagrangian", "no small change of the motion costs less"),
+        ("defect", "An interval integrated, m or rad", "between the points, too, the torques "
+         "give this motion"),
+        ("overshoot", "Limits between the points, share", "limits hold between the points as well"),
+        ("end_error", "End, integrated from the start, m or rad", "these torques alone, without "
+         "correction, bring the hand there"),
+    )  # fmt: skip
+    return [
+        {
+            "what": what,
+            "value": power(getattr(found, name)),
+            "must": f"at most {power(most[name])}",
+            "good": bool(getattr(found, name) <= most[name]),
+            "means": means,
+        }
+        for name, what, means in rows
+    ]
+
+
+def rounds(found: Trajectory) -> list[dict[str, str]]:
+    """The meshes tried."""
+    return [
+        {
+            "intervals": str(each.intervals),
+            "iterations": str(each.iterations),
+            "cost": f"{each.cost:.6g}",
+            "duration": f"{each.duration:.5g}",
+            "defect": power(each.defect),
+            "overshoot": power(each.overshoot),
+        }
+        for each in found.rounds
+    ]
+
+
+def assumptions(found: Trajectory) -> list[str]:
+    """What the numbers rest on and a reader should know."""
+    return [
+        *BODY_RESTS_ON,
+        "At the start the person takes the posture of least strain energy under the tasks that "
+        "the moving joints cannot change; all other joints stand firm, whatever that takes.",
+        "Torques are what the joints must supply beyond their springs and dampers, that is what "
+        "muscles would; they can change at once, as muscles cannot.",
+        "The motion is a local optimum, found from a straight one of bell-shaped speed.",
+        "Limbs may pass through one another, seat and levers: contact is not looked for.",
+        PICTURES_REST_ON,
+    ]
