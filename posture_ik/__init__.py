@@ -12,6 +12,7 @@ from posture_ik.exchange import (
     write_urdf,
 )
 from posture_ik.kinematics import Kinematics
+from posture_ik.muscle import Activity, Muscles, Paths, solve_activation
 from posture_ik.posture import (
     InfeasibleReach,
     Motion,
@@ -22,6 +23,7 @@ from posture_ik.posture import (
     solve_posture,
 )
 from posture_ik.problem import (
+    ActivationBlock,
     Backrest,
     BackrestContact,
     Frame,
@@ -40,6 +42,8 @@ from posture_ik.problem import (
 )
 
 __all__ = [
+    "ActivationBlock",
+    "Activity",
     "Backrest",
     "BackrestContact",
     "Body",
@@ -53,6 +57,8 @@ __all__ = [
     "Lever",
     "Motion",
     "MotionBlock",
+    "Muscles",
+    "Paths",
     "Pelvis",
     "Posture",
     "PostureBlock",
@@ -69,6 +75,7 @@ __all__ = [
     "reach",
     "read_posture",
     "show",
+    "solve_activation",
     "solve_posture",
     "write_mbdyn",
     "write_motion",

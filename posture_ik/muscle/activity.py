@@ -6,9 +6,10 @@ Inverse dynamics asks each arm joint for
 
 the arm's weight and inertia and the load F on the hand: what the problem says, and what a lever
 that follows needs for its spring, damper, weight and inertia, taken as the least force at the grip
-that does it. The springs that chose the posture are no tissue and help nobody here. Muscles pull
-along their paths l(q) with the force of Hill's law, tau = -Lᵀ f, and what their passive part does
-not give is recruited (`activation`).
+that does it. The springs that chose the posture are no tissue and help nobody here. An arm whose hand
+no task holds rests on the thigh: there its muscles are slack, and nothing is asked of them. Muscles
+pull along their paths l(q) with the force of Hill's law, tau = -Lᵀ f, and what their passive part
+does not give is recruited (`activation`).
 """
 
 from __future__ import annotations
@@ -257,6 +258,8 @@ def solve_activation(body: Body, posture: Posture | Motion, problem: Problem) ->
         "volume": volumes(muscles.peak_force, muscles.optimal_length),
     }[asked.cost]
     law, rows = LAWS[asked.law], paths.rows
+    resting = set(ARMS) - {task.side for task in problem.task if isinstance(task, Hand)}
+    resting -= set(asked.hand_force)
     lengths, rates, forces, demands, passives, loads, recruitments = ([] for _ in range(7))
     outside: dict[str, None] = {}
     start: tuple[Recruitment | None, Recruitment | None] = (None, None)
@@ -272,6 +275,8 @@ def solve_activation(body: Body, posture: Posture | Motion, problem: Problem) ->
         none = law(muscles, length, rate, np.zeros_like(length))
         passive = -jacobian.T @ none.passive
         capacity = -jacobian.T * none.d_activation
+        for side in resting:
+            demand[ARMS[side][1]] = passive[ARMS[side][1]]
         arms = []
         for (here, joints), before in zip(ARMS.values(), start, strict=True):
             arms.append(

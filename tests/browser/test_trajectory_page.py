@@ -30,13 +30,13 @@ def test_hand_is_taken_to_the_lever(
     write_view(found, tmp_path / "view.html")
     page.goto((tmp_path / "view.html").as_uri())
     place = "object('{}').position.toArray()"
-    lever = page.evaluate(place.format("levers/left"))
+    lever = page.evaluate(place.format("levers/collective"))
     ends = found.postures(np.array([0.0, found.duration]))
     for time, posture in zip((0.0, found.duration), ends, strict=True):
         scrub(page, time)
         hand = page.evaluate(place.format("person/hand_l"))
         assert hand == pytest.approx(posture.frames["hand_l"].translation, abs=1e-5)
-        assert page.evaluate(place.format("levers/left")) == lever, "it stands"
+        assert page.evaluate(place.format("levers/collective")) == lever, "it stands"
     assert lever == pytest.approx(ends[1].frames["grip_l"].translation, abs=1e-5)
     assert page.locator("#ways .done").count() == 1
     assert page.locator("#loads").count() == 0

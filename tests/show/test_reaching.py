@@ -83,7 +83,7 @@ def test_player_takes_the_hand_to_a_lever_that_stands(found: Trajectory, tmp_pat
     given = animation(seen, looks, parts)
     poses = np.frombuffer(base64.b64decode(given["poses"]), "<f4")
     poses = poses.reshape(-1, len(given["paths"]), 7)
-    lever = poses[:, given["paths"].index("levers/right"), :3]
+    lever = poses[:, given["paths"].index("levers/cyclic"), :3]
     hand = poses[:, given["paths"].index("person/hand_r"), :3]
     assert np.ptp(lever, axis=0).max() == 0.0
     assert np.linalg.norm(hand[0] - hand[-1]) > 0.05
