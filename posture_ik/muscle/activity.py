@@ -6,10 +6,10 @@ Inverse dynamics asks each arm joint for
 
 the arm's weight and inertia and the load F on the hand: what the problem says, and what a lever
 that follows needs for its spring, damper, weight and inertia, taken as the least force at the grip
-that does it. The springs that chose the posture are no tissue and help nobody here. An arm whose hand
-no task holds rests on the thigh: there its muscles are slack, and nothing is asked of them. Muscles
-pull along their paths l(q) with the force of Hill's law, tau = -Lᵀ f, and what their passive part
-does not give is recruited (`activation`).
+that does it. The springs that chose the posture are no tissue and help nobody here. An arm whose
+hand no task holds rests on the thigh: there nothing is asked of its muscles. Muscles pull along
+their paths l(q) with the force of Hill's law, tau = -Lᵀ f, and what their passive part does not
+give is recruited (`activation`).
 """
 
 from __future__ import annotations
