@@ -59,16 +59,16 @@ LEFT_OUT = {
 #: What is kept as it is there though it may be wrong, by muscle.
 DOUBTFUL = {
     "BRD": (
-        "bowstrings between its points as the elbow closes: its flexion arm reaches 92 mm, some "
-        "30 % beyond published fits to cadavers"
+        "bowstrings between its points as the elbow closes: its flexion arm passes 90 mm at 124 "
+        "deg, where a published polynomial fit to cadavers has 70 mm"
     ),
     "DELT2": (
         "has its side point 1 mm inside its sphere, so that it runs through it as through a ring, "
         "though the element is named an ellipsoid: with the arm hanging it does not abduct (arm "
-        "-3 mm; 20 mm at 60 deg); run over, its arms would differ by up to 20 mm"
+        "-3 mm; 20 mm at 60 deg); run over, its arms would differ by 9 mm RMS, 30 mm at worst"
     ),
-    "DELT3": "runs through a ring likewise; run over, its arms would differ by less than 1 mm",
-    "PECM1": "runs through a ring likewise; run over, its arms would grow by up to 40 %",
+    "DELT3": "runs through a ring likewise; run over, its arms would differ by 1 mm RMS, 4 mm at worst",
+    "PECM1": "runs through a ring likewise; run over, its arms would differ by 4 mm RMS, 9 mm at worst",
     "INFSP": "runs straight, its cylinder being out of use; its arms have the signs of anatomy",
 }
 #: Middle of the angles by which a path turns about a cylinder over the range, deg; elsewhere 180.
