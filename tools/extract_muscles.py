@@ -67,8 +67,8 @@ DOUBTFUL = {
         "though the element is named an ellipsoid: with the arm hanging it does not abduct (arm "
         "-3 mm; 20 mm at 60 deg); run over, its arms would differ by 9 mm RMS, 30 mm at worst"
     ),
-    "DELT3": "runs through a ring likewise; run over, its arms would differ by 1 mm RMS, 4 mm at worst",
-    "PECM1": "runs through a ring likewise; run over, its arms would differ by 4 mm RMS, 9 mm at worst",
+    "DELT3": "runs through a ring too; run over, its arms would differ by 1 mm RMS, 4 mm at worst",
+    "PECM1": "runs through a ring too; run over, its arms would differ by 4 mm RMS, 9 mm at worst",
     "INFSP": "runs straight, its cylinder being out of use; its arms have the signs of anatomy",
 }
 #: Middle of the angles by which a path turns about a cylinder over the range, deg; elsewhere 180.
