@@ -16,7 +16,7 @@ from typing import Any
 import extract_arm
 import mujoco
 import numpy as np
-from extract_muscles import MUSCLES
+from extract_muscles import DOUBTFUL, LEFT_OUT, MUSCLES
 from scipy.spatial.transform import Rotation
 
 from posture_ik.body import build_body
@@ -39,8 +39,7 @@ def build() -> tuple[Any, Any]:
     tendon.wrap_geom("TRIlonghh_ellipsoid_TRIlong", "")
     for i in range(2, 6):
         tendon.wrap_site(f"TRIlong_TRIlong-P{i}_r")
-    model = spec.compile()
-    return model, extract_arm.rest(model)
+    return extract_arm.compiled(spec)
 
 
 def theirs(
@@ -60,7 +59,7 @@ def theirs(
     # Where the humerus is lifted in a plane: turns about axis, lift and axis again.
     frame = np.column_stack([lift, axis, np.cross(lift, axis)])
     there = Rotation.from_matrix(frame.T @ humerus.as_matrix() @ frame).as_euler("YXY")
-    for _ in range(4):  # axis and lift are square to each other to five digits only
+    for _ in range(2):  # axis and lift are square to each other to five digits only
         turns = [
             Rotation.from_rotvec(t * a) for t, a in zip(there, (axis, lift, axis), strict=True)
         ]
@@ -165,6 +164,17 @@ def main() -> None:
             ):
                 cells.append(f"{size:.{digits}f}, {worst:.{digits}f}")
         lines.append(f"| {' | '.join(cells)} |")
+    lines += ["", "## Left out of myo-sim's paths", ""]
+    lines += [f"- {muscle}, `{element}`: {why}." for (muscle, element), why in LEFT_OUT.items()]
+    lines += ["", "## Kept, with doubts", ""]
+    lines += [f"- {muscle} {why}." for muscle, why in DOUBTFUL.items()]
+    lines += [
+        "",
+        "Forces, fibre and tendon lengths are not read from myo-sim: the length ranges by which it",
+        "scales them do not hold the paths of LAT1, PT, DELT2, ECRL and FCR, and its SUPSP carries",
+        "the gain of SUP. They are those of Saul et al. 2014 (`arm_muscles.csv`), on which every",
+        "fibre stays between 0.25 and 1.75 of its optimal length over the range.",
+    ]
     page = Path(__file__).resolve().parents[1] / "docs" / "muscle_paths.md"
     page.write_text("\n".join(lines) + "\n", encoding="utf-8")
 

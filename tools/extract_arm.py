@@ -49,15 +49,20 @@ def spec() -> Any:
     """The arm as its authors compose it."""
     from myo_sim.build import compose
 
+    return compose.build_spec("myoarm_r")
+
+
+def compiled(spec: Any) -> tuple[Any, Any]:
+    """An arm's model and its state: scapula, clavicle and fingers set, the other joints at 0."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        return compose.build_spec("myoarm_r")
+        model = spec.compile()
+    return model, rest(model)
 
 
 def build() -> tuple[Any, Any]:
-    """The compiled arm and its state: scapula, clavicle and fingers set, the other joints at 0."""
-    model = spec().compile()
-    return model, rest(model)
+    """The compiled arm and its state."""
+    return compiled(spec())
 
 
 def followers(model: Any) -> dict[str, np.ndarray]:

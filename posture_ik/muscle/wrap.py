@@ -136,7 +136,8 @@ def _bend(p: ca.SX, s: ca.SX, surface: Surface) -> Piece:
         longer = sum(legs) + R * theta - distance
     # With W' = p G' + √(r1² - p²)/r1 r1' and θ' = G' - R/(r1 √(r1² - R²)) r1'
     release = rise * longer
-    outward = held * touching[1] - release * R / legs[1]
+    clear = squares[1] > R**2 + _TINY  # a leg kept real does not change
+    outward = held * touching[1] - clear * release * R / legs[1]
     pull = (held * passing + release) * sweep
     pull += outward / squares[1] * s + (1 - held) / distance * (s - p)
     return Piece(distance + held * longer, pull, ring)

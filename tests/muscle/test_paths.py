@@ -110,6 +110,20 @@ def test_lengths_grow_with_the_arm(paths):
     )
 
 
+def test_answers_are_finite_to_the_limits_of_the_joints(body, paths):
+    """Beyond the range the paths may jump, but a solver that passes there gets numbers."""
+    random = np.random.default_rng(2)
+    lower, upper = body.lower[paths.rows], body.upper[paths.rows]
+    for q in [body.lower, body.upper, *np.tile(body.q_reference, (300, 1))]:
+        q = q.copy()
+        if np.array_equal(q, body.q_reference):
+            q[paths.rows] = random.uniform(lower, upper)
+        lengths, jacobian = paths.evaluate(q)
+        assert np.all((lengths > 0.0) & (lengths < 1.0))
+        assert np.isfinite(jacobian).all()
+        assert np.isfinite(paths.curvature(q, np.ones(50))).all()
+
+
 def test_joints_outside_are_named(body, paths):
     q = body.q_reference.copy()
     assert paths.outside(q) == ()

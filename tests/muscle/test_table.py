@@ -62,9 +62,12 @@ def test_fibres_fit_the_paths(median):
 
 
 def test_moment_arms_have_the_signs_of_anatomy(median):
-    """With the hands on the thighs, each group pulls the way of its name."""
+    """With the arm lifted aside by 40 deg, each group pulls the way of its name."""
     muscles, paths = Muscles.of(median), Paths.of(median)
-    arms = -paths.evaluate(median.q_reference)[1][:25, :7]
+    q = median.q_reference.copy()
+    q[median.dofs.index("shoulder_abduction_r")] = np.radians(40.0)
+    q[median.dofs.index("pronation_r")] = np.radians(20.0)
+    arms = -paths.evaluate(q)[1][:25, :7]
     columns = {dof[:-2]: k for k, dof in enumerate(paths.dofs[:7])}
 
     def arm(muscle, joint):
