@@ -20,6 +20,8 @@ EXAMPLES = {
     "look_left",
     "slouched",
     "pilot",
+    "reach_cyclic",
+    "reach_collective",
 }
 
 

@@ -92,7 +92,7 @@ def torque_derivatives(
         states.append((V + s * velocity[k], A, S + s * mu[k]))
     sums = _sums(kinematics, states, inner)
 
-    jacobian, hessian = ca.SX(n, 3 * n), ca.SX(3 * n, 3 * n)
+    jacobian, hessian = ca.SX.zeros(n, 3 * n), ca.SX.zeros(3 * n, 3 * n)
     for j, (s, of) in enumerate(zip(motions, sums, strict=True)):
         felt, swept = of.inertia @ s, of.coriolis.T @ s
         for i in (*inner[j], j):
@@ -109,7 +109,7 @@ def torque_derivatives(
                 for other, change in enumerate(changes[i]):
                     row, column = sorted((other * n + i, kind * n + j))
                     hessian[row, column] = sum(map(ca.dot, dual, change), ca.SX(0))
-    return jacobian, ca.sparsify(hessian)
+    return ca.sparsify(jacobian), ca.sparsify(hessian)
 
 
 def _duals(s: ca.SX, changes: tuple[_Change, ...], of: _Sums) -> Iterator[_Change]:

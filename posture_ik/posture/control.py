@@ -26,6 +26,9 @@ from posture_ik.problem import Hand, Problem
 #: Weight of ∫ a² dt beside the effort ((N m)² s⁴) or beside the time (s⁴): little, but it settles
 #: what light joints and joints off the critical path do.
 SMOOTHNESS = {"effort": 1e-4, "time": 1e-8}
+#: Intervals of the first mesh, for the joints of one arm and for more: on one too coarse, stiff
+#: joints of the back find motions that are none, from which the next mesh has to find its way.
+_FIRST_MESH, _ONE_ARM = (8, 24), 7
 #: A task along the path may be missed by this much at the start, m or rad.
 _MET = 1e-6
 
@@ -35,7 +38,7 @@ def reach(
     problem: Problem,
     *,
     start: Array | None = None,
-    intervals: int = 8,
+    intervals: int | None = None,
     on_mesh: Callable[[int, int], None] | None = None,
 ) -> Trajectory:
     """Find the motion of least effort, or of least time, that ends at rest meeting the tasks.
@@ -49,7 +52,7 @@ def reach(
         problem: with a [trajectory] block; its tasks are what holds at the end.
         start: configuration (nq,) at rest from which to start; if not given, the posture of least
             energy that meets the tasks that no moving joint can change, and those along the way.
-        intervals: of the first mesh.
+        intervals: of the first mesh; 8 for one arm, 24 for more joints, if not given.
         on_mesh: told before each solve which it is, from 1, and of how many intervals.
 
     Raises:
@@ -111,6 +114,8 @@ def reach(
         duration=block.duration,
         held=_independent(points, parameters, target),
     )
+    if intervals is None:
+        intervals = _FIRST_MESH[len(moving) > _ONE_ARM]
     _check_along(path, points, points.path(first, parameters)[0].full().ravel())
     return refine(limb, question, target, block.tolerance, intervals, on_mesh)
 

@@ -193,7 +193,7 @@ def _reach_facts(found: Trajectory) -> list[tuple[str, str]]:
         ("Strain energy", _joules(start.elastic_energy)),
         ("Effort", f"{found.effort:.3g} (N m)² s"),
         ("Certificate", "holds" if holds else "fails"),
-        ("Integrated, ends within", f"{found.end_error:.0e} m, rad"),
+        ("Ends within", f"{found.end_error:.0e} m, rad"),
     ]
 
 

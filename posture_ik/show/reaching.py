@@ -6,7 +6,16 @@ from typing import Any
 
 from posture_ik.posture import Trajectory
 from posture_ik.problem import TrajectoryBlock, task_label
-from posture_ik.show.words import BODY_RESTS_ON, PICTURES_REST_ON, number, power, who
+from posture_ik.show.plots import joint_name
+from posture_ik.show.words import (
+    BODY_RESTS_ON,
+    PICTURES_REST_ON,
+    direction,
+    number,
+    power,
+    units,
+    who,
+)
 
 #: What a trajectory may miss: equations and limits, the gradient, its tasks when integrated
 #: (m or rad), and its limits between the points (share).
@@ -101,12 +110,40 @@ def rounds(found: Trajectory) -> list[dict[str, str]]:
     ]
 
 
+def moves(found: Trajectory) -> list[dict[str, str]]:
+    """What each joint does: from, to, how fast and how strong at most, and its limits."""
+    block, rows = block_of(found), []
+    for i, joint in enumerate(found.limb.joints):
+        factor, unit, force, _ = units(joint)
+        most = [
+            limit.get(joint) if isinstance(limit, dict) else limit
+            for limit in (block.speed, block.torque)
+        ]
+        speed, torque = (
+            None if each is None else each * f for each, f in zip(most, (factor, 1.0), strict=True)
+        )
+        rows.append(
+            {
+                "joint": f"{joint_name(joint)}{direction(joint)}",
+                "from": f"{number(factor * found.q[0, i])} {unit}",
+                "to": f"{number(factor * found.q[-1, i])} {unit}",
+                "speed": f"{number(factor * abs(found.v[:, i]).max())} {unit}/s",
+                "most_speed": "" if speed is None else f"{number(speed)} {unit}/s",
+                "torque": f"{number(abs(found.tau[:, i]).max())} {force}",
+                "most_torque": "" if torque is None else f"{number(torque)} {force}",
+            }
+        )
+    return rows
+
+
 def assumptions(found: Trajectory) -> list[str]:
     """What the numbers rest on and a reader should know."""
     return [
-        *BODY_RESTS_ON,
+        *BODY_RESTS_ON[:-1],
+        "The springs and dampers of the arms are assumed; what muscles must add is net of them.",
         "At the start the person takes the posture of least strain energy under the tasks that "
-        "the moving joints cannot change; all other joints stand firm, whatever that takes.",
+        "the moving joints cannot change; all other joints stand firm, whatever that takes. The "
+        "posture in report.html, where all joints give way, is another.",
         "Torques are what the joints must supply beyond their springs and dampers, that is what "
         "muscles would; they can change at once, as muscles cannot.",
         "The motion is a local optimum, found from a straight one of bell-shaped speed.",

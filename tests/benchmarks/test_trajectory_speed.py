@@ -9,10 +9,13 @@ import pytest
 import posture_ik as pik
 from posture_ik.kinematics import Kinematics
 from posture_ik.posture.collocation import Points
-from posture_ik.posture.control import reach
 from posture_ik.posture.program import Program
 
 Benchmark = Any  # pytest-benchmark's fixture is callable and has no public type
+TRUNK = (
+    *("buttocks_S1_ry", "L5_S1_ry", "L4_L5_ry", "L3_L4_ry", "L2_L3_ry", "L1_L2_ry"),
+    *("T11_T12_rz", "T10_T11_rz", "T9_T10_rz", "T8_T9_rz", "T12_L1_ry", "T11_T12_ry", "T10_T11_ry"),
+)
 STRENGTH = {
     **{"shoulder_flexion_r": 40.0, "shoulder_abduction_r": 40.0, "shoulder_rotation_r": 30.0},
     **{"elbow_flexion_r": 30.0, "pronation_r": 8.0},
@@ -29,6 +32,13 @@ def body() -> pik.Body:
 def to_the_cyclic() -> pik.Problem:
     hands = [task for task in pik.load_problem("pilot").task if isinstance(task, pik.Hand)]
     return pik.Problem(task=tuple(hand for hand in hands if hand.side == "right"))
+
+
+def reach(body: pik.Body, problem: pik.Problem, **asked: Any) -> pik.Trajectory:
+    """Reach from the reference shape, as in `tests/posture/test_trajectory.py`."""
+    block = pik.TrajectoryBlock(**asked)
+    problem = problem.model_copy(update={"trajectory": block})
+    return pik.reach(body, problem, start=body.q_reference)
 
 
 def forget() -> None:
@@ -67,3 +77,22 @@ def test_reach_in_least_time(
 ) -> None:
     keywords = {"cost": "time", "torque": STRENGTH}
     benchmark.pedantic(reach, (body, to_the_cyclic), keywords, rounds=3, warmup_rounds=1)
+
+
+@pytest.mark.benchmark(group="reach")
+@pytest.mark.parametrize("count", [5, 13])
+def test_reach_with_the_trunk(benchmark: Benchmark, body: pik.Body, count: int) -> None:
+    """Farther than the arm: 12 and 20 joints, some of them stiff."""
+    far = pik.Hand(side="right", position=(0.62, -0.15, 0.35), components=("x", "y", "z"))
+    arm = [dof for dof in body.dofs if dof.endswith("_r")]
+    keywords = {"duration": 1.2, "tolerance": 1e-3, "joints": (*arm, *TRUNK[:count])}
+    found = benchmark.pedantic(reach, (body, pik.Problem(task=(far,))), keywords, rounds=1)
+    benchmark.extra_info["meshes"] = [each.intervals for each in found.rounds]
+    assert found.end_error < 1e-3
+
+
+@pytest.mark.benchmark(group="reach")
+def test_reach_beside_bioptim() -> None:
+    """The same arm by bioptim, which stands on biorbd: both come from conda-forge alone."""
+    pytest.importorskip("bioptim", reason="bioptim is not on PyPI; it needs conda-forge's biorbd")
+    pytest.skip("bioptim is there, but no comparison with it has been written yet")

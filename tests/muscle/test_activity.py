@@ -187,9 +187,8 @@ def test_the_dataset_names_what_it_holds(cyclic: pik.Activity) -> None:
 
 def test_a_body_without_arms_is_refused(body: pik.Body, tmp_path: Path) -> None:
     problem = pik.load_problem("reclined_15")
-    text = re.sub(
-        r'"(shoulder|elbow|pronation|wrist)(\w*)_l" type="revolute"', r'"\1\2_l" type="fixed"', urdf
-    )
+    hinge = r'"((?:shoulder|elbow|pronation|wrist)\w*_l)" type="revolute"'
+    text = re.sub(hinge, r'"\1" type="fixed"', body.urdf)
     path = tmp_path / "one_arm.urdf"
     path.write_text(text, encoding="utf-8")
     one_armed = pik.build_body(pik.Subject(), path)

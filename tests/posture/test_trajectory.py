@@ -29,7 +29,7 @@ def reach(
     body: pik.Body,
     problem: pik.Problem,
     start: np.ndarray | None = None,
-    intervals: int = 8,
+    intervals: int | None = None,
     **asked: Any,
 ) -> Trajectory:
     """Reach from the reference shape, asked for by keywords in place of a [trajectory] block."""

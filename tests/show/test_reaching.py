@@ -71,6 +71,8 @@ def test_tables_hold_certificate_and_meshes(found: Trajectory, page: str) -> Non
     tables = Tables(page).rows
     assert [row[3] for row in tables["certificate"][1:]] == ["yes"] * 5
     assert [int(row[0]) for row in tables["rounds"][1:]] == [r.intervals for r in found.rounds]
+    fastest = np.degrees(np.abs(found.v).max(axis=0))
+    assert [row[3] for row in tables["moves"][1:]] == [f"{number(v)} deg/s" for v in fastest]
     assert "forces" not in tables, "what holds the body firm is not computed"
     bad = Tables(render_motion_report(replace(found, end_error=2e-3))).rows["certificate"]
     assert [row[3] for row in bad[1:]] == ["yes"] * 4 + ["no"]
