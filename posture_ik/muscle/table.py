@@ -3,6 +3,10 @@
 The values are those of a man of median size, whose arm has the length of `ARM_STATURE`. Fibres and
 tendons grow with the arm. Muscle volume grows as mass times stature (Handsfield et al. 2014), so
 that the cross-section, volume over fibre length, and the peak force with it grow as mass.
+
+Slack lengths are not the published ones where these do not fit the paths, which are of another
+descendant of the same model: `tools/fit_tendons.py` changes eight of them by the least that keeps
+the fibres where they can work.
 """
 
 from __future__ import annotations
@@ -33,7 +37,8 @@ class Muscles:
         group: What each is counted to in charts, its main action, such as "elbow flexors".
         peak_force: Isometric, at optimal length, along the fibres, N.
         optimal_length: Of the fibres, m.
-        slack_length: Of the tendon, m.
+        slack_length: Of the tendon, fitted to the paths, m.
+        published_slack_length: As published, m.
         pennation: At optimal length, rad.
         fastest: Speed of shortening at which no force is left, m/s.
     """
@@ -43,6 +48,7 @@ class Muscles:
     peak_force: Array
     optimal_length: Array
     slack_length: Array
+    published_slack_length: Array
     pennation: Array
     fastest: Array
 
@@ -66,6 +72,7 @@ class Muscles:
             tuple(row["group"] for _ in SIDES for row in rows.values()),
             body.subject.weight / ARM_WEIGHT * column("peak_force_N"),
             optimal_length,
+            length * column("fitted_slack_m"),
             length * column("slack_length_m"),
             np.radians(column("pennation_deg")),
             FASTEST * optimal_length,

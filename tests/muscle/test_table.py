@@ -1,5 +1,8 @@
 """What the muscles are."""
 
+import importlib.util
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -23,10 +26,26 @@ def test_values_of_the_man_they_were_measured_for(median):
         assert muscles.group[i] == "elbow extensors"
         assert muscles.peak_force[i] == pytest.approx(771.8)
         assert muscles.optimal_length[i] == pytest.approx(0.134)
-        assert muscles.slack_length[i] == pytest.approx(0.143)
+        assert muscles.published_slack_length[i] == pytest.approx(0.143)
         assert muscles.pennation[i] == pytest.approx(np.radians(12.0))
         assert muscles.fastest[i] == pytest.approx(1.34)
     assert all(len(getattr(muscles, name)) == 50 for name in vars(muscles))
+
+
+def test_tendons_are_fitted_by_the_least_change(median):
+    """The table is what `tools/fit_tendons.py` writes, and most are as published."""
+    path = Path(__file__).resolve().parents[2] / "tools" / "fit_tendons.py"
+    spec = importlib.util.spec_from_file_location("fit_tendons", path)
+    tool = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(tool)
+    muscles = Muscles.of(median)
+    np.testing.assert_allclose(muscles.slack_length[:25], [*tool.fitted().values()], atol=1e-9)
+    changed = muscles.slack_length != muscles.published_slack_length
+    assert changed[:25].sum() == 8
+    assert tool.shift(0.6, 1.2) == 0.0
+    assert tool.shift(0.6, 1.35) == pytest.approx(-0.05)
+    assert tool.shift(0.4, 1.1) == pytest.approx(0.1)
+    assert tool.shift(0.4, 1.6) == pytest.approx(-0.1)
 
 
 def test_sizes_follow_the_subject(median):
