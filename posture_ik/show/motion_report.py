@@ -91,7 +91,7 @@ def _of_reach(found: Trajectory, motion: Moving) -> Row:
     return {
         "asked": reaching.asked(found),
         "cards": [*cards(motion, reaching.lasts(found)), reaching.effort(found)],
-        "verdict": "the torques, integrated, bring the body there, and nothing near costs less",
+        "verdict": "the torques, integrated, bring the body there; the cost is stationary",
         "wrenches": {},
         "forces": [],
         "peaks": [],

@@ -76,10 +76,12 @@ def checks(found: Trajectory) -> list[dict[str, Any]]:
     rows = (
         ("primal", "Equations and limits, at the points", "the motion is one of this body, "
          "within its limits, and ends at rest on its tasks"),
-        ("dual", "Gradient of the Lagrangian", "no small change of the motion costs less"),
+        ("dual", "Gradient of the Lagrangian", "to first order, no small change of the "
+         "motion costs less"),
         ("defect", "An interval integrated, m or rad", "between the points, too, the torques "
          "give this motion"),
-        ("overshoot", "Limits between the points, share", "limits hold between the points as well"),
+        ("overshoot", "Limits between the points, share", "limits hold between the points "
+         "to within five in a hundred"),
         ("end_error", "End, integrated from the start, m or rad", "these torques alone, without "
          "correction, bring the hand there"),
     )  # fmt: skip
