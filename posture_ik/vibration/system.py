@@ -1,0 +1,45 @@
+"""A linear model with named coordinates, inputs and outputs: what every kind of model becomes.
+
+    M x'' + C x' + K x = B_0 u + B_1 u' + B_2 u''
+    y = Y_0 x + Y_1 x' + Y_2 x'' + D_0 u + D_1 u' + D_2 u''
+
+An input is a motion (m or rad) or a force (N or N m), an output a motion, its rate or acceleration,
+or a force. Derivatives stand beside both because a seat that moves pulls through springs (B_0),
+dampers (B_1) and what rides on it (B_2), and because accelerations and forces are read out of x''.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from posture_ik.arrays import Array
+
+
+class Port(NamedTuple):
+    """An input or an output: its name, such as `seat z` or `Head acceleration z`, and unit."""
+
+    name: str
+    unit: str
+
+
+class LinearSystem(NamedTuple):
+    """A linear model of n coordinates, p inputs and r outputs.
+
+    Attributes:
+        coordinates: name of each coordinate, as in `Body.dofs` where it is a joint's, n of them.
+        mass, damping, stiffness: M, C, K, (n, n), SI.
+        inputs: p of them; `outputs`: r.
+        B: (3, n, p), by order of the input's derivative.
+        Y: (3, r, n), by order of the coordinates' derivative.
+        D: (3, r, p), by order of the input's derivative.
+    """
+
+    coordinates: tuple[str, ...]
+    mass: Array
+    damping: Array
+    stiffness: Array
+    inputs: tuple[Port, ...]
+    outputs: tuple[Port, ...]
+    B: Array
+    Y: Array
+    D: Array
