@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ProcessPoolExecutor
 from typing import Any
 
 import numpy as np
+import opensim_arms as peer
 import pytest
 from arm_muscles import TABLE, Table
 from scipy.optimize import minimize
 
+import posture_ik as pik
 from posture_ik.muscle.activation import recruit
 from posture_ik.muscle.hill import LAWS
 from posture_ik.muscle.modes import Modes, extremes
@@ -95,3 +98,50 @@ def test_forces(benchmark: Benchmark, law: str) -> None:
     length, rate = slack + 1.1 * optimal, 0.2 * optimal
     result = benchmark(LAWS[law], muscles, length, rate, np.full(25, 0.3))
     assert np.all(result.force > 0)
+
+
+@pytest.fixture(scope="module")
+def stirring() -> tuple[pik.Body, pik.Motion, pik.Problem]:
+    """51 instants of stirring the cyclic while the left hand carries half a kilogram."""
+    body = pik.build_body(pik.Subject())
+    settings = (
+        "motion.rate=25",
+        "activation.law=de_groote",
+        "activation.hand_force.left=[0, 0, -5]",
+    )
+    problem = pik.load_problem("pilot_cyclic", settings)
+    return body, pik.move(body, problem), problem
+
+
+@pytest.mark.benchmark(group="activation of both arms, 50 muscles, 51 instants")
+def test_ours_51_instants(
+    benchmark: Benchmark, stirring: tuple[pik.Body, pik.Motion, pik.Problem]
+) -> None:
+    """Kinematics, inverse dynamics, paths with wrapping, forces and two programs an instant."""
+    activity = benchmark(pik.solve_activation, *stirring)
+    assert len(activity.activation) == 51
+    assert activity.activation[:, 25:].any()
+
+
+@pytest.mark.benchmark(group="activation of both arms, 50 muscles, 51 instants")
+def test_opensim_51_instants(
+    benchmark: Benchmark,
+    stirring: tuple[pik.Body, pik.Motion, pik.Problem],
+    opensim: ProcessPoolExecutor,
+) -> None:
+    """Its static optimisation as it comes, its model built beforehand.
+
+    It holds the first posture 51 times, which is no less work, as it starts each from nothing. The
+    paths are linear in the angles: with its wrapping it would take longer.
+    """
+    activity = pik.solve_activation(*stirring)
+    arms = peer.arms_of(activity)
+
+    def build() -> None:
+        opensim.submit(peer.prepare, arms, activity.passive[0]).result()
+
+    def solve() -> np.ndarray:
+        return opensim.submit(peer.follow, 51).result()[0]
+
+    activation = benchmark.pedantic(solve, setup=build, rounds=3)
+    assert np.all(np.abs(activation - activity.activation[0]) < 0.05)
