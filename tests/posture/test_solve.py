@@ -279,3 +279,17 @@ def test_a_saddle_is_left_for_a_minimum(body: pik.Body) -> None:
     posture = pik.solve_posture(body, problem)
     assert posture.reduced_curvature() > 0
     assert posture.certificate.holds
+
+
+@pytest.mark.parametrize("gravity", [False, True])
+def test_without_tasks_springs_rest_or_balance_the_weight(gravity: bool) -> None:
+    """A program of no equations at all, which a reach of the whole body begins from."""
+    body = pik.build_body(pik.Subject())
+    problem = pik.load_problem("upright", (f"posture.gravity={str(gravity).lower()}",))
+    posture = pik.solve_posture(body, problem.model_copy(update={"task": ()}))
+    if not gravity:
+        np.testing.assert_allclose(posture.q, body.q_reference, atol=1e-12)
+    data = body.model.createData()
+    weight = pin.computeGeneralizedGravity(body.model, data, posture.q) if gravity else 0.0
+    balance = posture.prestrain_force - weight - posture.limit_multipliers
+    np.testing.assert_allclose(balance, 0.0, atol=1e-6)
