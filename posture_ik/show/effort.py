@@ -14,11 +14,11 @@ from posture_ik.problem import Hand
 #: Colours from a muscle at rest to one at full activation, 0 to 1; darker throughout, and other
 #: than those of strain energy.
 RAMP = (
-    (0.84, 0.88, 0.93),
-    (0.50, 0.72, 0.90),
-    (0.23, 0.44, 0.82),
-    (0.30, 0.16, 0.60),
-    (0.16, 0.02, 0.28),
+    (0.87, 0.92, 0.80),
+    (0.55, 0.80, 0.42),
+    (0.13, 0.60, 0.33),
+    (0.00, 0.38, 0.34),
+    (0.00, 0.17, 0.22),
 )
 #: What is least, in words.
 COSTS = {

@@ -248,12 +248,21 @@ def stiffness_chart(activity: Activity, instant: Instant) -> Figure:
 
 
 def ellipse_charts(instant: Instant) -> dict[str, Figure]:
-    """Stiffness at the hand in the three planes, N/m, on equal axes and one scale."""
+    """Stiffness at the hand in the three planes, N/m, on equal axes and one scale.
+
+    The stiffest way to hold would dwarf the others; one in which the arm folds up by itself has
+    no ellipse.
+    """
     curves = {
-        plane: {way: hold.endpoint.ellipse(of, 121) for way, hold in instant.ways.items()}
+        plane: {
+            way: hold.endpoint.ellipse(of, 121)
+            for way, hold in instant.ways.items()
+            if way != "stiffest" and hold.endpoint.idle > 0.0
+        }
         for plane, (of, _, _) in PLANES.items()
     }
-    reach = 1.12 * max(float(np.abs(c).max()) for ways in curves.values() for c in ways.values())
+    sizes = [float(np.abs(curve).max()) for ways in curves.values() for curve in ways.values()]
+    reach = 1.12 * max(sizes, default=1.0)
     charts = {}
     for plane, ways in curves.items():
         across, up = PLANES[plane][2]
@@ -317,21 +326,27 @@ def _bars(names: list[str], values: Array, colour: str | list[str], name: str) -
 
 
 def _marks(names: list[str], values: Array, symbol: str, colour: str, name: str) -> Figure:
-    size = 13 if symbol.startswith("line") else 8
+    tick = symbol.startswith("line")
     return {
         "type": "scatter",
         "mode": "markers",
         "name": name,
         "y": names,
         "x": _plain(values),
-        "marker": {"symbol": symbol, "size": size, "color": colour, "line": {"width": 2.2}},
+        "marker": {
+            "symbol": symbol,
+            "size": 13 if tick else 8,
+            "color": colour,
+            "line": {"width": 2.2 if tick else 0},
+        },
     }
 
 
 def _rows(data: list[Figure], xaxis: Figure, **more: object) -> Figure:
     """A chart of rows, the first on top."""
     look = layout(xaxis) | {"barmode": "relative", **more}
-    look["yaxis"] = look["yaxis"] | {"autorange": "reversed", "type": "category"}
+    last = len(data[0]["y"]) - 0.5
+    look["yaxis"] = look["yaxis"] | {"range": [last, -0.5], "type": "category"}
     return {"data": data, "layout": look}
 
 

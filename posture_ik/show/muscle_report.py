@@ -108,8 +108,9 @@ def _figures(activity: Activity, instants: dict[str, Instant], moves: bool) -> d
             figures[f"course_{side}"] = course_chart(activity, side)
         figures[f"room_{side}"] = room_chart(activity, instant)
         figures[f"stiffness_{side}"] = stiffness_chart(activity, instant)
-        for plane, figure in ellipse_charts(instant).items():
-            figures[f"ellipse_{plane}_{side}"] = figure
+        if not _folds(instant):
+            for plane, figure in ellipse_charts(instant).items():
+                figures[f"ellipse_{plane}_{side}"] = figure
     return figures
 
 
@@ -204,13 +205,18 @@ def _torques(activity: Activity) -> list[Row]:
         rows.append(
             {
                 "joint": joint_name(dof),
-                "values": [number(x) for x in (asked, passive, active, passive + active, reserve)],
+                "values": [_plain(x) for x in (asked, passive, active, passive + active, reserve)],
                 "reserve": bool(reserve),
-                "most": number(most),
+                "most": _plain(most),
                 "at": f"{time:.2f} s" if most else "",
             }
         )
     return rows
+
+
+def _plain(value: float) -> str:
+    """Hundredths, so that columns can be compared; 0 where there are none."""
+    return f"{value:.2f}".replace("-", "−") if abs(value) >= 5e-3 else "0"
 
 
 def _room(instant: Instant) -> list[Row]:
@@ -220,7 +226,9 @@ def _room(instant: Instant) -> list[Row]:
             "way": way,
             "effort": number(float(np.sum(hold.recruitment.activation**2))),
             "stiffness": number(float(np.trace(hold.stiffness.total))),
-            "hand": [number(value) for value in hold.endpoint.principal],
+            "hand": [number(value) for value in hold.endpoint.principal]
+            if hold.endpoint.idle > 0.0
+            else ["folds by itself"],
         }
         for way, hold in instant.ways.items()
     ]
@@ -233,7 +241,7 @@ def _joints(activity: Activity, instant: Instant) -> list[Row]:
     columns = [*parts, np.diag(hold.stiffness.total), np.diag(hold.damping.total)]
     names = [short_name(dof) for dof in activity.paths.dofs[ARMS[instant.side][1]]]
     return [
-        {"joint": name, "values": [number(column[i]) for column in columns]}
+        {"joint": name, "values": [_plain(column[i]) for column in columns]}
         for i, name in enumerate(names)
     ]
 
@@ -253,8 +261,13 @@ def _endpoint(instant: Instant) -> Row:
             )
         ],
         "gives": bool(found.principal[0] < 0.0),
-        "folds": bool(found.idle < 0.0),
+        "folds": _folds(instant),
     }
+
+
+def _folds(instant: Instant) -> bool:
+    """Whether the arm as held folds up by itself, so that its hand has no stiffness to tell."""
+    return bool(instant.held.endpoint.idle <= 0.0)
 
 
 def _checks(activity: Activity) -> list[Row]:

@@ -18,9 +18,9 @@ POINTS, GRAIN = 20, 1e-4
 _A_SECOND, _MOST = 20.0, 300
 #: Force that a cross-section bears, Pa, and the share of the radius it takes that is drawn: bones
 #: stay in sight, and stronger muscles are still thicker.
-_STRESS, _DRAWN = 0.5e6, 0.22
+_STRESS, _DRAWN = 0.5e6, 0.36
 #: Thinnest and thickest that a muscle is drawn, m.
-_THIN, _THICK = 0.0016, 0.0055
+_THIN, _THICK = 0.003, 0.0095
 
 
 def tubes(activity: Activity) -> dict[str, Any]:
