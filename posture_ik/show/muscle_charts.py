@@ -104,7 +104,10 @@ def _joints(activity: Activity, side: str) -> list[str]:
 
 
 def activation_chart(activity: Activity, side: str) -> Figure:
-    """Activation of each muscle of an arm at the instant of greatest effort; a tick at its most."""
+    """Activation of each muscle of an arm at the instant of greatest effort; a tick at its most.
+
+    The number is the most.
+    """
     index, step = _by_group(activity, side), hardest(activity)
     colours, names = group_colours(activity), _names(activity, index)
     now, most = activity.activation[step, index], activity.activation[:, index].max(axis=0)
@@ -119,7 +122,7 @@ def activation_chart(activity: Activity, side: str) -> Figure:
         {
             "x": max(float(most[k]), 0.0),
             "y": names[k],
-            "text": f"{now[k]:.2f}",
+            "text": f"{most[k]:.2f}",
             "showarrow": False,
             "xanchor": "left",
             "xshift": 7,
@@ -128,7 +131,7 @@ def activation_chart(activity: Activity, side: str) -> Figure:
         for k in range(len(names))
         if most[k] >= 5e-3
     ]
-    scale = axis("activation, 0 at rest, 1 at full strength") | {"range": [0.0, 1.12]}
+    scale = axis("activation") | {"range": [0.0, 1.12]}
     scale |= {"tickvals": [0, 0.25, 0.5, 0.75, 1]}
     return _rows(data, scale, annotations=told)
 

@@ -149,10 +149,8 @@ def _cards(activity: Activity) -> list[Row]:
     cards = []
     for side, (here, joints) in ARMS.items():
         if side not in held(activity):
-            cards.append(
-                {"name": f"{side.capitalize()} arm", "value": "rests", "unit": "", "more": "holds "}
-            )
-            cards[-1]["more"] += "nothing; nothing is asked of its muscles"
+            name, more = f"{side.capitalize()} arm", "holds nothing; nothing is asked of it"
+            cards.append({"name": name, "value": "rests", "unit": "", "more": more})
             continue
         values = activity.activation[:, here]
         step, muscle = np.unravel_index(int(np.argmax(values)), values.shape)
@@ -180,12 +178,14 @@ def _cards(activity: Activity) -> list[Row]:
     loads = np.linalg.norm(activity.hand_force, axis=2)
     if loads.max() > 1e-6:
         step, hand = np.unravel_index(int(np.argmax(loads)), loads.shape)
+        varies = np.ptp(loads[:, hand]) > 1e-6
         cards.append(
             {
                 "name": "Largest load on a hand",
                 "value": number(loads[step, hand]),
                 "unit": "N",
-                "more": f"{list(ARMS)[int(hand)]} hand{_at(activity, int(step))}",
+                "more": f"{list(ARMS)[int(hand)]} hand"
+                + (_at(activity, int(step)) if varies else ""),
             }
         )
     return cards
@@ -335,7 +335,7 @@ def _assumptions(activity: Activity) -> list[str]:
         "al. 2005); lengths grow with stature, forces with weight. There is no pronator quadratus, "
         "and the hand is one body: fingers and grip strength are not counted.",
         "Shoulder blade and collar-bone stand still on the trunk. Where they would move with the "
-        "arm, moment arms at the shoulder change by some 5 mm, at worst 40 mm.",
+        "arm, moment arms at the shoulder differ by 2 to 11 mm (rms), at worst by 40 mm.",
         "Paths follow the arm of myo-sim, with its flaws mended: the long head of triceps without "
         "the point that ties it to the wrong bone, triceps without the cylinder it passes on the "
         "far side, and muscle strengths from the publications themselves.",

@@ -67,7 +67,8 @@ def _shortfalls(activity: Activity) -> Iterator[Panel]:
         torque, time = peak_of(activity, joint)
         when = "" if isinstance(activity.shown, Posture) else f" at {time:.2f} s"
         lines.append(f"  {joint_name(joint)} lacks {torque:+.3g} N m{when}")
-    lines.append("Lower the load, move the hand nearer, or move more slowly.")
+    slower = "" if isinstance(activity.shown, Posture) else ", or move more slowly"
+    lines.append(f"Lower the load or move the hand nearer{slower}.")
     yield Panel("\n".join(lines), title="MUSCLES FALL SHORT", style="bold red", expand=False)
 
 
