@@ -176,7 +176,9 @@ function told_at(x, y) {
   ray.setFromCamera(new THREE.Vector2(2 * x / pane.clientWidth - 1, 1 - 2 * y / pane.clientHeight), viewer.camera);
   const hits = pointed.filter(({ path }) => object(path).visible)
     .flatMap(({ path, tell }) => ray.intersectObject(object(path), true).map(hit => ({ ...hit, tell })));
-  for (const { object: shape, tell } of hits.sort((a, b) => a.distance - b.distance)) {
+  // What is seen through glass comes before the glass.
+  const glass = hit => Number(hit.object.material.transparent);
+  for (const { object: shape, tell } of hits.sort((a, b) => glass(a) - glass(b) || a.distance - b.distance)) {
     for (let node = shape; node && node.visible; node = node.parent) {
       const found = tell(node);
       if (found) return found;

@@ -11,7 +11,6 @@ from page_tables import Tables
 from posture_ik.body import build_body
 from posture_ik.errors import UnwritableOutput
 from posture_ik.muscle import Activity, solve_activation
-from posture_ik.muscle.activity import ARMS
 from posture_ik.posture import solve_posture
 from posture_ik.problem import load_problem
 from posture_ik.show import write_activation_report
@@ -184,17 +183,13 @@ def test_the_hardest_instant_is_where_most_is_missing_or_done(raising: Activity)
 
 
 def test_an_arm_that_folds_up_by_itself_has_no_ellipse() -> None:
-    """Without short-range stiffness the cyclic's arm does: its least stiffness is below 0."""
-    soft = solved("pilot_cyclic", "activation.short_range=false")
-    (side,) = held(soft)
-    page = render_activation_report(soft)
-    folds = soft.hold(side).endpoint.idle <= 0.0
-    assert folds == ('id="ellipse_side_right"' not in page)
-    assert folds == ("swivel away by itself" in page)
-
-
-def test_arms_are_those_of_the_dataset(pilot: Activity) -> None:
-    assert list(ARMS) == list(pilot.to_dataset()["side"].values)
+    """500 N hung on the hand: muscles at their end stiffen less than the load takes away."""
+    heavy = solved("pilot", "activation.hand_force.right=[0, 0, -500]")
+    assert heavy.hold("right").endpoint.idle < 0.0 < heavy.hold("left").endpoint.idle
+    page = render_activation_report(heavy)
+    assert 'id="ellipse_side_left"' in page
+    assert 'id="ellipse_side_right"' not in page
+    assert page.count("swivel away by itself") == 1
 
 
 def test_nothing_is_loaded_from_outside(page: str) -> None:
