@@ -5,6 +5,7 @@ from posture_ik.body import Body, build_body
 from posture_ik.errors import InfeasiblePosture, PostureIKError, PostureNotFound
 from posture_ik.exchange import (
     read_posture,
+    write_activation,
     write_mbdyn,
     write_motion,
     write_posture,
@@ -77,6 +78,7 @@ __all__ = [
     "show",
     "solve_activation",
     "solve_posture",
+    "write_activation",
     "write_mbdyn",
     "write_motion",
     "write_posture",

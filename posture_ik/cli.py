@@ -15,6 +15,7 @@ from posture_ik.body import Body, build_body
 from posture_ik.errors import BadProblem, PostureIKError
 from posture_ik.exchange import (
     read_posture,
+    write_activation,
     write_mbdyn,
     write_motion,
     write_posture,
@@ -22,15 +23,18 @@ from posture_ik.exchange import (
     write_urdf,
 )
 from posture_ik.files import whole_folder
+from posture_ik.muscle import Activity, solve_activation
 from posture_ik.posture import Motion, Posture, Trajectory, reach, solve_posture
 from posture_ik.posture import move as solve_motion
 from posture_ik.problem import Problem, example_problems, load_problem
 from posture_ik.show import view as serve
 from posture_ik.show import (
+    write_activation_report,
     write_motion_report,
     write_report,
     write_view,
 )
+from posture_ik.show.muscle_summary import activation_record, activation_summary
 from posture_ik.show.summary import (
     as_record,
     motion_record,
@@ -78,16 +82,23 @@ def run(
             if stated.motion or stated.trajectory:
                 progress.update(step, description="moving")
             moving = _moving(body, stated, quiet=True)
+            if stated.activation:
+                progress.update(step, description="activating the muscles")
+            activity = _activity(posture, moving)
             progress.update(step, description="writing the results")
             write_posture(posture, scratch)
             _write_moving(moving, scratch)
+            if activity is not None:
+                write_activation(activity, scratch)
             progress.update(step, description="drawing report and 3D page")
-            _draw(posture, moving, scratch)
+            _draw(posture, moving, activity, scratch)
     _tell(posture, as_json)
     if not as_json:
         if moving is not None:
             _tell_moving(moving, as_json)
-        _out.print(f"Open {_pages(folder, moving)}.")
+        if activity is not None:
+            _out.print(activation_summary(activity))
+        _out.print(f"Open {_pages(folder, moving, activity)}.")
 
 
 @app.command()
@@ -119,6 +130,23 @@ def move(
 
 
 @app.command()
+def activate(
+    problem: ProblemName, output: Output = None, set_: Overrides = None, as_json: Json = False
+) -> None:
+    """Find the muscle activations that hold a posture or drive a motion; write them with -o."""
+    if output is None:
+        activity = _activate(*_read(problem, set_), quiet=as_json)
+    else:
+        with whole_folder(output) as scratch:
+            activity = _activate(*_read(problem, set_), quiet=as_json)
+            write_activation(activity, scratch)
+    if as_json:
+        print(json.dumps([activation_record(activity)]))
+    else:
+        _out.print(activation_summary(activity))
+
+
+@app.command()
 def trajectory(
     problem: ProblemName, output: Output = None, set_: Overrides = None, as_json: Json = False
 ) -> None:
@@ -136,7 +164,8 @@ def trajectory(
 def view(directory: ResultFolder) -> None:
     """Serve the 3D page of a result live through meshcat until Ctrl-C."""
     posture = read_posture(directory)
-    serve(_moving(posture.body, posture.problem, quiet=False) or posture)
+    moving = _moving(posture.body, posture.problem, quiet=False)
+    serve(moving or posture, activity=_activity(posture, moving))
 
 
 @app.command()
@@ -144,9 +173,10 @@ def report(directory: ResultFolder) -> None:
     """Write report and 3D page of a result anew."""
     posture = read_posture(directory)
     moving = _moving(posture.body, posture.problem, quiet=False)
+    activity = _activity(posture, moving)
     with whole_folder(directory) as scratch:
-        _draw(posture, moving, scratch)
-    _out.print(f"Wrote {_pages(directory, moving)}.")
+        _draw(posture, moving, activity, scratch)
+    _out.print(f"Wrote {_pages(directory, moving, activity)}.")
 
 
 @app.command()
@@ -222,6 +252,23 @@ def _moving(body: Body, problem: Problem, quiet: bool) -> Motion | Trajectory | 
     return None if problem.trajectory is None else _reach(body, problem, quiet)
 
 
+def _activate(body: Body, problem: Problem, quiet: bool) -> Activity:
+    """What the muscles do in a problem's motion, or else in its posture."""
+    shown = _move(body, problem, quiet) if problem.motion else solve_posture(body, problem)
+    with _progress(quiet) as progress:
+        progress.add_task("activating the muscles", total=None)
+        return solve_activation(body, shown, problem)
+
+
+def _activity(posture: Posture, moving: Motion | Trajectory | None) -> Activity | None:
+    """What the muscles do, if a problem asks for it."""
+    problem = posture.problem
+    if problem.activation is None:
+        return None
+    shown = moving if isinstance(moving, Motion) else posture
+    return solve_activation(posture.body, shown, problem)
+
+
 def _write_moving(moving: Motion | Trajectory | None, folder: Path) -> None:
     match moving:
         case Motion():
@@ -230,20 +277,28 @@ def _write_moving(moving: Motion | Trajectory | None, folder: Path) -> None:
             write_trajectory(moving, folder)
 
 
-def _draw(posture: Posture, moving: Motion | Trajectory | None, folder: Path) -> None:
-    """Write the pages: of what moves its own report too, and the 3D page plays."""
+def _draw(
+    posture: Posture,
+    moving: Motion | Trajectory | None,
+    activity: Activity | None,
+    folder: Path,
+) -> None:
+    """Write the pages: what moves and the muscles have reports of their own; the 3D page plays."""
     write_report(posture, folder / "report.html")
     if moving is not None:
         write_motion_report(moving, folder / _report_of(moving))
-    write_view(moving or posture, folder / "view.html")
+    if activity is not None:
+        write_activation_report(activity, folder / "activation.html")
+    write_view(moving or posture, folder / "view.html", activity)
 
 
 def _report_of(moving: Motion | Trajectory) -> str:
     return "motion.html" if isinstance(moving, Motion) else "trajectory.html"
 
 
-def _pages(folder: Path, moving: Motion | Trajectory | None) -> str:
-    names = ["report.html", *([_report_of(moving)] if moving else []), "view.html"]
+def _pages(folder: Path, moving: Motion | Trajectory | None, activity: Activity | None) -> str:
+    names = ["report.html", *([_report_of(moving)] if moving else [])]
+    names += [*(["activation.html"] if activity else []), "view.html"]
     return ", ".join(f"[bold]{folder / name}[/]" for name in names)
 
 

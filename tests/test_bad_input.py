@@ -181,6 +181,64 @@ BAD = {
         ],
         r"at 0\.\d+ s the task",
     ),
+    # the muscles
+    "unknown law": (
+        changed('activation.law="hill"', name="pilot"),
+        "activation.law = 'hill'.*'pennestri' or 'de_groote'",
+    ),
+    "unknown cost of muscles": (
+        changed('activation.cost="energy"', name="pilot"),
+        "activation.cost = 'energy'.*'squares', 'volume' or 'fatigue'",
+    ),
+    "unknown key of muscles": (
+        changed("activation.cocontraction=0.1", name="pilot"),
+        "activation.cocontraction .*did you mean 'co_contraction'",
+    ),
+    "more than full activation": (
+        changed("activation.co_contraction=1.5", name="pilot"),
+        "activation.co_contraction = 1.5: .*less than or equal to 1",
+    ),
+    "negative co-contraction": (
+        lambda folder: ["activate", "upright", "--set", "activation.co_contraction=-0.1"],
+        "activation.co_contraction = -0.1: .*greater than or equal to 0",
+    ),
+    "force of two numbers": (
+        changed("activation.hand_force.left=[0, -20]", name="pilot"),
+        r"activation.hand_force.left",
+    ),
+    "force of a word": (
+        changed('activation.hand_force.left=[0, 0, "down"]', name="pilot"),
+        r"activation.hand_force.left.*'down'",
+    ),
+    "force without end": (
+        changed("activation.hand_force.left=[0, 0, -inf]", name="pilot"),
+        r"activation.hand_force.left",
+    ),
+    "force on a third hand": (
+        changed("activation.hand_force.middle=[0, 0, 1]", name="pilot"),
+        r"activation.hand_force.*middle.*'right' or 'left'",
+    ),
+    "negative reflex": (
+        changed("activation.reflex.proportional=-1", name="pilot"),
+        "activation.reflex.proportional = -1: .*greater than or equal to 0",
+    ),
+    "muscles that a signal moves": (
+        changed("motion.signal.1.of=activation.co_contraction", name="pilot_collective"),
+        "activation.co_contraction cannot move",
+    ),
+    "muscles of a trajectory": (
+        changed('activation.law="pennestri"', name="reach_cyclic"),
+        r"\[activation\] is of a posture or of a \[motion\], not of a \[trajectory\]",
+    ),
+    "muscles of a missing arm": (
+        lambda folder: [
+            (folder / "mine.urdf").write_text(
+                URDF.replace('"elbow_flexion_l" type="revolute"', '"elbow_flexion_l" type="fixed"')
+            ),
+            ["activate", "upright", "--set", f'subject.urdf="{folder / "mine.urdf"}"'],
+        ][1],
+        "this body has no joint 'elbow_flexion_l'",
+    ),
     # the trajectory
     "nothing to reach": (command("trajectory", "upright"), "trajectory: is missing"),
     "motion and trajectory": (

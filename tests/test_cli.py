@@ -109,3 +109,48 @@ def test_trajectory_for_machines(posture_ik: object, tmp_path: Path) -> None:
     assert set(record["peak_tau"]) == set(record["start"]) == set(record["end"])
     assert len(record["peak_tau"]) == 7
     assert [path.name for path in (tmp_path / "numbers").iterdir()] == ["trajectory.nc"]
+
+
+def test_activate_tells_and_writes_what_muscles_do(posture_ik: object, tmp_path: Path) -> None:
+    said = posture_ik("activate", "pilot_collective", "--set", "motion.rate=10", "-o", "numbers")
+    assert "Most active muscles at any time" in said
+    assert "the instant of greatest effort" in said
+    assert "left shoulder flexion" in said
+    assert "right arm" in said
+    assert "FALL SHORT" not in said
+    assert [path.name for path in (tmp_path / "numbers").iterdir()] == ["activation.nc"]
+
+
+def test_activate_a_problem_that_says_nothing_of_muscles(posture_ik: object) -> None:
+    (record,) = json.loads(posture_ik("activate", "pilot_push", "--set", "motion.rate=5", "--json"))
+    assert record["answered"] is True
+    assert record["certificate"]["holds"] is True
+    assert record["steps"] > 1
+    assert len(record["peak_activation"]) == 50
+    assert len(record["peak_demand_Nm"]) == 14
+
+
+def test_activate_beyond_strength_names_the_joints_first(posture_ik: object) -> None:
+    words = ("activate", "pilot", "--set", "activation.hand_force.left=[0, 0, -500]")
+    said = posture_ik(*words)
+    assert said.index("MUSCLES FALL SHORT") < said.index("Most active")
+    assert "left elbow flexion lacks" in said
+    told = posture_ik(*words, "--json")
+    assert "NaN" not in told
+    (record,) = json.loads(told)
+    assert record["answered"] is False
+    worst = record["shortfalls"][0]
+    assert record["peak_reserve_Nm"][worst["joint"]] == pytest.approx(abs(worst["torque_Nm"]))
+    assert abs(worst["torque_Nm"]) > 10
+
+
+def test_run_with_muscles_writes_their_page(posture_ik: object, tmp_path: Path) -> None:
+    said = posture_ik("run", "pilot", "-o", "here")
+    names = {path.name for path in (tmp_path / "here").iterdir()}
+    assert {"activation.nc", "activation.html", "view.html"} <= names
+    assert "Most active muscles" in said
+    assert "here/activation.html" in said.replace("\n", "")
+    assert 'data-layer="muscles"' in (tmp_path / "here" / "view.html").read_text("utf-8")
+    (tmp_path / "here" / "activation.html").unlink()
+    posture_ik("report", "here")
+    assert (tmp_path / "here" / "activation.html").exists()

@@ -177,6 +177,7 @@ function show(time) {
   });
   carry_skin();
   show_wrenches(frame, next, part);
+  if (muscles) show_muscles(clock);
   strain.textContent = joules(energies[instant]);
   scrub.value = clock;
   scrub.setAttribute("aria-valuetext", `${clock.toFixed(2)} s`);

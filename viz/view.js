@@ -165,33 +165,42 @@ function carried({ dofs }) {
 const tip = document.getElementById("tip");
 const ray = new THREE.Raycaster();
 
-function part_at(event) {
-  const frame = pane.getBoundingClientRect();
-  const x = event.clientX - frame.left, y = event.clientY - frame.top;
-  ray.setFromCamera(new THREE.Vector2(2 * x / frame.width - 1, 1 - 2 * y / frame.height), viewer.camera);
-  for (const hit of ray.intersectObject(object("person"), true)) {
-    for (let node = hit.object; node; node = node.parent) {
-      if (node.visible === false) break;
-      if (posture.parts[node.name]) return { part: posture.parts[node.name], x, y };
+// What can be pointed at: where it is drawn, and what to tell of a node there, if anything.
+const pointed = [{ path: "person", tell: ({ name }) => {
+  if (!posture.parts[name]) return null;
+  const { energy, lines } = carried(posture.parts[name]);
+  return { title: `${posture.parts[name].joint}: ${joules(energy)}`, lines };
+} }];
+
+function told_at(x, y) {
+  ray.setFromCamera(new THREE.Vector2(2 * x / pane.clientWidth - 1, 1 - 2 * y / pane.clientHeight), viewer.camera);
+  const hits = pointed.filter(({ path }) => object(path).visible)
+    .flatMap(({ path, tell }) => ray.intersectObject(object(path), true).map(hit => ({ ...hit, tell })));
+  // What is seen through glass comes before the glass.
+  const glass = hit => Number(hit.object.material.transparent);
+  for (const { object: shape, tell } of hits.sort((a, b) => glass(a) - glass(b) || a.distance - b.distance)) {
+    for (let node = shape; node && node.visible; node = node.parent) {
+      const found = tell(node);
+      if (found) return found;
     }
   }
   return null;
 }
 
 pane.addEventListener("pointermove", event => {
-  const found = event.buttons ? null : part_at(event);
+  const frame = pane.getBoundingClientRect(), x = event.clientX - frame.left, y = event.clientY - frame.top;
+  const found = event.buttons ? null : told_at(x, y);
   tip.hidden = !found;
   if (!found) return;
-  const name = document.createElement("strong"), { energy, lines } = carried(found.part);
-  name.textContent = `${found.part.joint}: ${joules(energy)}`;
-  tip.replaceChildren(name, ...lines.map(line => {
+  const name = document.createElement("strong");
+  name.textContent = found.title;
+  tip.replaceChildren(name, ...found.lines.map(line => {
     const row = document.createElement("small");
     row.textContent = line;
     return row;
   }));
-  const left = Math.min(found.x + 16, pane.clientWidth - tip.offsetWidth - 8);
-  tip.style.left = `${left}px`;
-  tip.style.top = `${Math.min(found.y + 14, pane.clientHeight - tip.offsetHeight - 8)}px`;
+  tip.style.left = `${Math.min(x + 16, pane.clientWidth - tip.offsetWidth - 8)}px`;
+  tip.style.top = `${Math.min(y + 14, pane.clientHeight - tip.offsetHeight - 8)}px`;
 });
 pane.addEventListener("pointerleave", () => { tip.hidden = true; });
 

@@ -1,9 +1,10 @@
-"""What moves in time, as netCDF."""
+"""What moves in time, and the muscles that hold or drive it, as netCDF."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
+from posture_ik.muscle import Activity
 from posture_ik.posture import Motion, Trajectory
 
 
@@ -15,3 +16,8 @@ def write_motion(motion: Motion, folder: Path) -> None:
 def write_trajectory(trajectory: Trajectory, folder: Path) -> None:
     """Write `trajectory.nc` into an existing folder."""
     trajectory.to_dataset().to_netcdf(folder / "trajectory.nc", engine="h5netcdf")
+
+
+def write_activation(activity: Activity, folder: Path) -> None:
+    """Write `activation.nc` into an existing folder."""
+    activity.to_dataset().to_netcdf(folder / "activation.nc", engine="h5netcdf")

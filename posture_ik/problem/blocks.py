@@ -390,6 +390,10 @@ class Problem(Block):
                 "a problem has [motion], that follows signals, or [trajectory], that finds its "
                 "own way, not both"
             )
+        if self.activation and self.trajectory:
+            raise ValueError(
+                "[activation] is of a posture or of a [motion], not of a [trajectory]; leave it out"
+            )
         return self
 
     @model_validator(mode="after")
@@ -457,6 +461,8 @@ class Problem(Block):
                 raise ValueError(f"two signals move {signal.of}; keep one of the two")
             moved.add(signal.of)
             block, _, name = signal.of.rpartition(".")[0].partition(".")
+            if block == "activation":
+                raise ValueError(f"{signal.of} cannot move: [activation] holds all the time")
             if block == "lever" and name in self.lever and self.lever[name].follows:
                 raise ValueError(f"{signal.of} cannot move: lever.{name} follows the hand")
             value = number_at(self, signal.of)

@@ -23,6 +23,7 @@ from posture_ik.arrays import Array
 from posture_ik.body.scaling import Scale
 from posture_ik.files import whole_file
 from posture_ik.kinematics import frame_poses
+from posture_ik.muscle import Activity
 from posture_ik.posture import Motion, Posture, Trajectory, Wrench
 from posture_ik.resources import resource
 from posture_ik.show.arrows import acting, labels, size
@@ -37,9 +38,11 @@ from posture_ik.show.moving import (
     wrenches_at,
 )
 from posture_ik.show.played import Moving, played
+from posture_ik.show.plots import joint_name
 from posture_ik.show.reaching import checks
 from posture_ik.show.scene import CAGE, draw, floor_height
 from posture_ik.show.strain import RAMP, Part, action, full_scale, parts_of, place_on_scale
+from posture_ik.show.tubes import tubes
 
 
 class _Recorder:
@@ -52,12 +55,15 @@ class _Recorder:
         self.commands.append(base64.b64encode(umsgpack.packb(command.lower())).decode("ascii"))
 
 
-def write_view(shown: Posture | Motion | Trajectory, path: Path) -> None:
+def write_view(
+    shown: Posture | Motion | Trajectory, path: Path, activity: Activity | None = None
+) -> None:
     """Write one HTML file that opens in any browser, without any network.
 
     Args:
         shown: a posture, or a motion or trajectory to play.
         path: of the file; it is written whole or not at all.
+        activity: of its muscles, to be drawn too.
 
     Raises:
         UnwritableOutput: the file cannot be written.
@@ -66,10 +72,13 @@ def write_view(shown: Posture | Motion | Trajectory, path: Path) -> None:
     moving = _moving(shown)
     _draw(meshcat.Visualizer(window=recorder), moving)
     with whole_file(path) as scratch:
-        scratch.write_text(_page(moving, _facts(shown), recorder.commands), encoding="utf-8")
+        page = _page(moving, _facts(shown), activity, recorder.commands)
+        scratch.write_text(page, encoding="utf-8")
 
 
-def view(shown: Posture | Motion | Trajectory, browse: bool = True) -> None:
+def view(
+    shown: Posture | Motion | Trajectory, browse: bool = True, activity: Activity | None = None
+) -> None:
     """Serve the same page live through meshcat's server, until interrupted.
 
     Other programs can draw into it at the server's `zmq_url`, which is printed.
@@ -77,10 +86,11 @@ def view(shown: Posture | Motion | Trajectory, browse: bool = True) -> None:
     Args:
         shown: a posture, or a motion or trajectory to play.
         browse: open the page in the user's browser.
+        activity: of its muscles, to be drawn too.
     """
     bridge = ZMQWebSocketBridge()
     moving = _moving(shown)
-    page = _page(moving, _facts(shown), None)
+    page = _page(moving, _facts(shown), activity, None)
     bridge.app.add_handlers(r".*", [(r"/posture", _PageHandler, {"page": page})])
     address = f"http://{bridge.host}:{bridge.fileserver_port}/posture"
 
@@ -117,7 +127,12 @@ def _moving(shown: Posture | Motion | Trajectory) -> Posture | Moving:
     return shown if isinstance(shown, Posture) else played(shown)
 
 
-def _page(shown: Posture | Moving, facts: list[tuple[str, str]], commands: list[str] | None) -> str:
+def _page(
+    shown: Posture | Moving,
+    facts: list[tuple[str, str]],
+    activity: Activity | None,
+    commands: list[str] | None,
+) -> str:
     """The page: with the drawing in it, or, without commands, listening to the live server."""
     files = resource("viz")
     pages = jinja2.Environment(
@@ -125,7 +140,7 @@ def _page(shown: Posture | Moving, facts: list[tuple[str, str]], commands: list[
     )
     looks = looks_of(shown.body)
     links = {look.link for look in looks}
-    scripts = ["view.js"]
+    scripts = ["view.js", *(["muscles.js"] if activity else [])]
     if isinstance(shown, Posture):
         postures = [shown]
         parts = parts_of(shown, links)
@@ -144,6 +159,7 @@ def _page(shown: Posture | Moving, facts: list[tuple[str, str]], commands: list[
         legend=_legend(parts),
         data=_data(postures, looks, parts, wrenches),
         motion=motion,
+        muscles=_muscles(activity) if activity else None,
         commands=commands,
         viewer=(Path(VIEWER_ROOT) / "main.min.js").read_text(encoding="utf-8"),
         style=(files / "view.css").read_text(encoding="utf-8"),
@@ -221,10 +237,29 @@ def _legend(parts: Mapping[str, Part]) -> dict[str, Any]:
     by_joint = {part.joint: part.energy for part in parts.values()}
     most = sorted(by_joint, key=lambda joint: -by_joint[joint])[:3]
     return {
-        "colours": [f"rgb({', '.join(f'{255 * c:.0f}' for c in stop)})" for stop in RAMP],
+        "colours": _css(RAMP),
         "ticks": [(0.0, "0"), *ticks],
         "most": [(_joint(name), _joules(by_joint[name])) for name in most if by_joint[name] > 1e-6],
     }
+
+
+def _muscles(activity: Activity) -> dict[str, Any]:
+    """The muscles to draw, their colour bar, the most active, and what they cannot give."""
+    drawn, peaks = tubes(activity), activity.activation.max(axis=0)
+    missing = ", ".join(joint_name(joint) for joint, _ in activity.shortfalls)
+    return {
+        "drawn": drawn,
+        "colours": _css(drawn["ramp"]),
+        "most": [
+            (drawn["names"][i], f"{peaks[i]:.2f}") for i in np.argsort(-peaks)[:3] if peaks[i] > 0
+        ],
+        "alarm": f"Muscles fall short: {missing}." if missing else "",
+    }
+
+
+def _css(ramp: Sequence[Sequence[float]]) -> list[str]:
+    """Colours of 0 to 1 as style sheets write them."""
+    return [f"rgb({', '.join(f'{255 * c:.0f}' for c in stop)})" for stop in ramp]
 
 
 def _joint(name: str) -> str:

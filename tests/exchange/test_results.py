@@ -139,3 +139,18 @@ def test_a_trajectory_is_written_with_its_certificate(tmp_path: Path) -> None:
             assert data.attrs[name] == getattr(found, name)
         assert list(data["round_intervals"].values) == [each.intervals for each in found.rounds]
         np.testing.assert_array_equal(data["start"], found.limb.start)
+
+
+def test_activations_are_written_with_their_certificate(tmp_path: Path) -> None:
+    problem = pik.load_problem("pilot")
+    body = pik.build_body(problem.subject)
+    activity = pik.solve_activation(body, pik.solve_posture(body, problem), problem)
+    pik.write_activation(activity, tmp_path)
+    with xr.open_dataset(tmp_path / "activation.nc", engine="h5netcdf") as data:
+        for name in ("activation", "force", "demand", "passive", "delivered", "reserve"):
+            np.testing.assert_array_equal(data[name], getattr(activity, name))
+            assert data[name].attrs["units"]
+        assert list(data["muscle"].values) == list(activity.muscles.names)
+        assert list(data["dof"].values) == list(activity.paths.dofs)
+        assert data.attrs["duality_gap"] == activity.worst_certificate()[2]
+        assert data.attrs["shortfalls"] == ""

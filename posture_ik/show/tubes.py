@@ -1,0 +1,65 @@
+"""The muscles as numbers for the 3D page, which draws each as a tube and carries it along."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from posture_ik.arrays import Array
+from posture_ik.muscle import Activity, Paths
+from posture_ik.muscle.activity import ARMS
+from posture_ik.show.effort import RAMP, muscle_name
+from posture_ik.show.moving import packed, shown_steps
+
+#: Points of each muscle, evenly spaced along its path; they are packed in steps of this, m.
+POINTS, GRAIN = 20, 1e-4
+#: Shown instants a second, and the most in all; between two the page moves points straight.
+_A_SECOND, _MOST = 20.0, 300
+#: Force that a cross-section bears, Pa, and the share of the radius it takes that is drawn: bones
+#: stay in sight, and stronger muscles are still thicker.
+_STRESS, _DRAWN = 0.5e6, 0.36
+#: Thinnest and thickest that a muscle is drawn, m.
+_THIN, _THICK = 0.003, 0.0095
+
+
+def tubes(activity: Activity) -> dict[str, Any]:
+    """Where the muscles are at each shown instant, and how active.
+
+    `points` (f, 50, 20, 3) in tenths of a millimetre, world axes; `activation` and `force` (f, 50),
+    N; `radii` (50,), m, at the muscles' bellies.
+    """
+    steps = _steps(activity)
+    paths = Paths.of(activity.shown.body)
+    points = [[along(line) for line in paths.polylines(activity.q[i])] for i in steps]
+    radii = _DRAWN * np.sqrt(activity.muscles.peak_force / _STRESS / np.pi)
+    return {
+        "names": [
+            f"{side} {muscle_name(name)}"
+            for side, (here, _) in ARMS.items()
+            for name in activity.muscles.names[here]
+        ],
+        "time": packed(activity.time[steps]),
+        "count": POINTS,
+        "grain": GRAIN,
+        "points": packed(np.round(np.array(points) / GRAIN), "<i2"),
+        "activation": packed(activity.activation[steps]),
+        "force": packed(activity.force[steps]),
+        "radii": packed(np.clip(radii, _THIN, _THICK)),
+        "ramp": RAMP,
+    }
+
+
+def along(line: Array, count: int = POINTS) -> Array:
+    """Points (count, 3) evenly along a broken line (k, 3)."""
+    run = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+    at = np.linspace(0.0, run[-1], count)
+    return np.column_stack([np.interp(at, run, of) for of in line.T])
+
+
+def _steps(activity: Activity) -> list[int]:
+    """Steps to show: of those that the page plays at most 20 a second, first and last too."""
+    shown = shown_steps(activity.time) if len(activity.time) > 1 else np.array([0])
+    span = float(activity.time[-1] - activity.time[0])
+    count = min(max(int(span * _A_SECOND) + 1, 11), _MOST, len(shown))
+    return sorted(set(shown[np.linspace(0, len(shown) - 1, count).round().astype(int)].tolist()))
