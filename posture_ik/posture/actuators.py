@@ -10,7 +10,7 @@ from posture_ik.arrays import Array
 
 #: What a reserve torque costs beside the activations squared, 1/(N m)²: where muscles suffice, a
 #: torque is worth about 0.01 a N m, and the reserve that it buys is 0.1 mN m.
-RESERVE_PRICE = 100.0
+RESERVE_PRICE = 1e4
 
 
 class Lag(NamedTuple):
