@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property, partial
 from types import SimpleNamespace
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -14,10 +15,9 @@ import pinocchio as pin
 
 from posture_ik.arrays import Array
 from posture_ik.body import Body
-from posture_ik.body.arms import ARM_JOINTS
 from posture_ik.errors import BadProblem
 from posture_ik.muscle.activation import recruit
-from posture_ik.muscle.hill import LAWS, Fibres
+from posture_ik.muscle.hill import LAWS
 from posture_ik.muscle.path import Paths, arm_lengths
 from posture_ik.muscle.table import Muscles
 from posture_ik.posture import control
@@ -27,7 +27,7 @@ from posture_ik.problem import ActivationBlock, Problem
 
 #: Of rise and fall: the defaults of OpenSim's Millard2012EquilibriumMuscle.
 _LAG = Lag(rise=0.010, fall=0.040)
-#: What a law asks of the muscles.
+#: What a law asks of muscles (`hill.Fibres`).
 _FIBRES = ("peak_force", "optimal_length", "slack_length", "pennation", "fastest")
 
 
@@ -50,7 +50,8 @@ def reach(
     The springs and dampers of the joints that move help nobody, as in
     `posture_ik.muscle.solve_activation`: they chose the start, and are no tissue. With activation
     dynamics the activations start from those that hold the arm at the start, and change no faster
-    than excitations between 0 and 1 make them.
+    than excitations between 0 and 1 make them. Without dampers the motion integrated open loop
+    goes astray more easily: for an end to be trusted ask for a tolerance of 1e-6 or less.
 
     Args:
         body: who.
@@ -127,45 +128,42 @@ class ArmMuscles:
     @property
     def numbers(self) -> Array:
         """The angles of both arms at the start, their size, and what the law asks."""
-        each = [getattr(self.muscles, name)[self.crossing] for name in _FIBRES]
+        each = [getattr(self.muscles, name) for name in _FIBRES]
         return np.concatenate([self.limb.start[self.paths.rows], [self.paths.scale], *each])
 
     @cached_property
     def start(self) -> Array:
-        """Activations that hold the limb at the start, (m,), by `recruit`."""
+        """Activations that hold the limb at the start, or come nearest to it, (m,): `recruit`."""
         model, q = self.limb.part.model, self.limb.start[list(self.limb.rows)]
         weight = pin.computeGeneralizedGravity(model, model.createData(), q)
-        none = np.zeros(len(self.crossing))
-        at_rest = self.torque_at(q, 0 * q, none)
-        each = [self.torque_at(q, 0 * q, unit) - at_rest for unit in np.eye(len(none))]
+        at_rest = self.torque_at(q, 0 * q, np.zeros(len(self.crossing)))
+        each = [self.torque_at(q, 0 * q, unit) - at_rest for unit in np.eye(len(self.crossing))]
         return recruit(np.ascontiguousarray(np.transpose(each)), weight - at_rest).activation
 
     def structure(self) -> object:
-        """What decides the graph of `torque`."""
+        """What decides the graph of `torque`, and what lags."""
         return ArmMuscles, self.law, self.lag, self.columns
 
     def torque(self, q: ca.SX, v: ca.SX, activation: ca.SX, numbers: ca.SX) -> ca.SX:
         """Torques (n,), N m: -Lᵀ f by the law's formulas on symbols."""
-        angles, scale, *fibres = ca.vertsplit(
-            numbers, np.cumsum([0, 14, 1, *[len(self.crossing)] * len(_FIBRES)]).tolist()
-        )
-        for i, column in enumerate(self.columns):
-            angles[column] = q[i]
+        count = len(self.muscles.names)
+        sizes = [len(self.paths.dofs), 1, *[count] * len(_FIBRES)]
+        angles, scale, *fibres = ca.vertsplit(numbers, np.cumsum([0, *sizes]).tolist())
+        angles[list(self.columns)] = q
         lengths, slopes = arm_lengths()(angles, scale)
-        across = slopes[self.crossing.tolist(), list(self.columns)]
+        across, whole = slopes[:, list(self.columns)], ca.SX(count, 1)
+        whole[self.crossing.tolist()] = activation
+        law: Any = LAWS[self.law]
         of = SimpleNamespace(**dict(zip(_FIBRES, fibres, strict=True)))
-        law = LAWS[self.law]
-        force = law(of, lengths[self.crossing.tolist()], across @ v, activation, ca).force
+        force: ca.SX = law(of, lengths, across @ v, whole, ca).force
         return -across.T @ force
 
     def torque_at(self, q: Array, v: Array, activation: Array) -> Array:
         """The same of numbers, by `Paths` and the law on arrays."""
-        whole = self.limb.start.copy()
-        whole[list(self.limb.rows)] = q
-        lengths, jacobian = self.paths.evaluate(whole)
-        across = jacobian[np.ix_(self.crossing, self.columns)]
-        each = {name: getattr(self.muscles, name)[self.crossing] for name in _FIBRES}
-        of: Fibres = SimpleNamespace(**each)
-        force = LAWS[self.law](of, lengths[self.crossing], across @ v, activation).force
+        posture, whole = self.limb.start.copy(), np.zeros(len(self.muscles.names))
+        posture[list(self.limb.rows)], whole[self.crossing] = q, activation
+        lengths, jacobian = self.paths.evaluate(posture)
+        across = jacobian[:, list(self.columns)]
+        force = LAWS[self.law](self.muscles, lengths, across @ v, whole).force
         torque: Array = -across.T @ force
         return torque

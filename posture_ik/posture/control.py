@@ -91,7 +91,9 @@ def reach(
     actuators = None
     if block.cost == "activation":
         if drive is None:
-            raise BadProblem("trajectory.cost", "'activation' needs actuators that drive the joints")
+            raise BadProblem(
+                "trajectory.cost", "'activation' needs actuators that drive the joints"
+            )
         none = np.zeros(len(moving))
         limb = replace(limb, part=replace(limb.part, stiffness=none, damping=none))
         actuators = drive(limb)
