@@ -85,7 +85,8 @@ class Program:
                 "write continuous, spherical and floating joints as hinges and slides."
             )
         rows = [len(constraint.rows) for constraint in constraints]
-        self.one_sided = np.repeat([constraint.one_sided for constraint in constraints], rows)
+        one_sided = np.array([constraint.one_sided for constraint in constraints], dtype=bool)
+        self.one_sided = np.repeat(one_sided, np.array(rows, dtype=int))
 
         theta, stiffness, ergonomic = kinematics.q, ca.SX.sym("K", n), ca.SX.sym("ergo", n)
         targets = [ca.SX.sym("alpha", constraint.target.size) for constraint in constraints]

@@ -139,10 +139,11 @@ def muscles(found: Trajectory) -> str:
     when, which = divmod(int(found.activation.argmax()), len(found.actuators.names))
     left = np.abs(found.reserve)
     joint = found.limb.joints[int(left.max(axis=0).argmax())]
+    where = f"{joint_name(joint)}{direction(joint)}"
     return (
         f"The hardest working is {found.actuators.names[which]}, at "
         f"{number(100 * found.activation[when, which])} % at {number(found.time[when])} s. What "
-        f"muscles leave undone is at most {power(left.max())} N m, at {joint}."
+        f"muscles leave undone is at most {power(left.max())} N m, at {where}."
     )
 
 
