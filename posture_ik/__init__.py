@@ -13,14 +13,13 @@ from posture_ik.exchange import (
     write_urdf,
 )
 from posture_ik.kinematics import Kinematics
-from posture_ik.muscle import Activity, Muscles, Paths, solve_activation
+from posture_ik.muscle import Activity, Muscles, Paths, reach, solve_activation
 from posture_ik.posture import (
     InfeasibleReach,
     Motion,
     Posture,
     Trajectory,
     move,
-    reach,
     solve_posture,
 )
 from posture_ik.problem import (

@@ -23,8 +23,8 @@ from posture_ik.exchange import (
     write_urdf,
 )
 from posture_ik.files import whole_folder
-from posture_ik.muscle import Activity, solve_activation
-from posture_ik.posture import Motion, Posture, Trajectory, reach, solve_posture
+from posture_ik.muscle import Activity, reach, solve_activation
+from posture_ik.posture import Motion, Posture, Trajectory, solve_posture
 from posture_ik.posture import move as solve_motion
 from posture_ik.problem import Problem, example_problems, load_problem
 from posture_ik.show import view as serve

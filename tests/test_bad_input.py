@@ -251,7 +251,7 @@ BAD = {
     ),
     "cost misspelt": (
         changed('trajectory.cost="energy"', name="reach_cyclic"),
-        "trajectory.cost = 'energy'.*'effort' or 'time'",
+        "trajectory.cost = 'energy'.*'effort', 'time' or 'activation'",
     ),
     "least time without limits": (
         changed('trajectory={ cost = "time" }', name="reach_cyclic"),
@@ -260,6 +260,14 @@ BAD = {
     "least time in a given time": (
         changed("trajectory.duration=1", name="reach_collective"),
         "least time finds the duration",
+    ),
+    "lag without muscles": (
+        changed("trajectory.activation_dynamics=true", name="reach_cyclic"),
+        "activation_dynamics is of muscles; ask for cost = 'activation' too",
+    ),
+    "muscles of the back": (
+        changed('trajectory.joints=["elbow_flexion_r", "L4_L5_ry"]', name="reach_activation"),
+        "trajectory.joints: 'L4_L5_ry' has no muscles to move it; .* joints of the arms alone",
     ),
     "torque of zero": (
         changed("trajectory.torque=0", name="reach_cyclic"),

@@ -22,6 +22,7 @@ EXAMPLES = {
     "pilot",
     "reach_cyclic",
     "reach_collective",
+    "reach_activation",
 }
 
 

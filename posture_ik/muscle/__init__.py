@@ -2,6 +2,7 @@
 
 from posture_ik.muscle.activity import Activity, solve_activation
 from posture_ik.muscle.path import Paths
+from posture_ik.muscle.reach import reach
 from posture_ik.muscle.table import Muscles
 
-__all__ = ["Activity", "Muscles", "Paths", "solve_activation"]
+__all__ = ["Activity", "Muscles", "Paths", "reach", "solve_activation"]

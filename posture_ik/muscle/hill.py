@@ -13,12 +13,15 @@ its slack length l_s,
 
 path length l, optimal fibre length l_opt, and alpha the pennation there, so that x = 1 is where
 the fibres of a pennate muscle have their optimal length too.
+
+The formulas are written once, for numbers and for CasADi's symbols: `math` is the module whose
+functions they call, `numpy` or `casadi`, of names that both have. A comparison counts as 0 or 1.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -68,16 +71,21 @@ class Force(NamedTuple):
 class Law(Protocol):
     """A muscle law: forces from path lengths (m), their rates (m/s, positive lengthening), a."""
 
-    def __call__(self, muscles: Fibres, length: Array, rate: Array, activation: Array) -> Force:
-        """Forces and derivatives, arrays over muscles (..., m)."""
+    def __call__(
+        self, muscles: Fibres, length: Array, rate: Array, activation: Array, math: Any = np
+    ) -> Force:
+        """Forces and derivatives, arrays over muscles (..., m); of symbols with `casadi`."""
 
 
-def working_length(muscles: Fibres) -> Array:
+def working_length(muscles: Fibres, math: Any = np) -> Array:
     """Length l0 along the path that x of either law is counted in, (m,), m."""
-    return muscles.optimal_length * np.cos(muscles.pennation)
+    length: Array = muscles.optimal_length * math.cos(muscles.pennation)
+    return length
 
 
-def pennestri(muscles: Fibres, length: Array, rate: Array, activation: Array) -> Force:
+def pennestri(
+    muscles: Fibres, length: Array, rate: Array, activation: Array, math: Any = np
+) -> Force:
     """The law of Pennestrì et al. (2007), J. Biomech. 40:1350, as corrected (eqs 30, 31).
 
     f = f0 [f1(x) f2(v) a + f3(x)] with x = (l - l_s)/l0 and v = l'/v0, positive lengthening;
@@ -90,25 +98,25 @@ def pennestri(muscles: Fibres, length: Array, rate: Array, activation: Array) ->
     is held at 0, smooth to the ninth derivative. f2 comes to nothing at v = -2.3, more than twice
     the fastest shortening, and stays within 0.004 of it.
     """
-    l0 = working_length(muscles)
+    l0 = working_length(muscles, math)
     x = (length - muscles.slack_length) / l0
     s = x - 0.95
     s2 = s * s
-    f1 = np.exp(s2 - 40 * s2 * s2)
+    f1 = math.exp(s2 - 40 * s2 * s2)
     df1 = f1 * s * (2 - 160 * s2)
 
     # At 1 - v = 0.1 the exponential has long vanished in double precision, slopes and all.
-    u = 1 / np.maximum(1 - rate / muscles.fastest, 0.1)
+    u = 1 / math.fmax(1 - rate / muscles.fastest, 0.1)
     u2 = u * u
-    vanishing = 1.6 * np.exp(u2 * (0.1 - 1.1 * u2))
+    vanishing = 1.6 * math.exp(u2 * (0.1 - 1.1 * u2))
     f2 = 1.6 - vanishing
     df2 = vanishing * u * u2 * (4.4 * u2 - 0.2)
 
-    p = np.maximum(x - 0.22, 0.0)
+    p = math.fmax(x - 0.22, 0.0)
     p3 = p * p * p
     p9 = p3 * p3 * p3
     bent = 0.1 * p9 * p
-    f3 = 1.3 * np.arctan(bent)
+    f3 = 1.3 * math.atan(bent)
     df3 = 1.3 * p9 / (1 + bent * bent)
 
     f0 = muscles.peak_force
@@ -136,7 +144,9 @@ _STEEPNESS, _STRAIN, _SHORTEST = 4.0, 0.6, 0.2
 _SLACK = 1e-6
 
 
-def de_groote(muscles: Fibres, length: Array, rate: Array, activation: Array) -> Force:
+def de_groote(
+    muscles: Fibres, length: Array, rate: Array, activation: Array, math: Any = np
+) -> Force:
     """The usual pennate muscle on a rigid tendon, with the curves of De Groote et al. (2016).
 
     f = f0 [a fl(x) fv(v) + fp(x)] cos(alpha): fibres of length l_m lie at an angle alpha to the
@@ -148,32 +158,32 @@ def de_groote(muscles: Fibres, length: Array, rate: Array, activation: Array) ->
     """
     lo = muscles.optimal_length
     free = length - muscles.slack_length
-    slack = free < _SLACK
-    along, height = np.where(slack, _SLACK, free), lo * np.sin(muscles.pennation)
-    fibre = np.hypot(along, height)
+    taut = free >= _SLACK
+    along, height = math.fmax(free, _SLACK), lo * math.sin(muscles.pennation)
+    fibre = math.hypot(along, height)
     cos = along / fibre
-    dcos = np.where(slack, 0.0, height**2 / fibre**3)
-    x, dx = fibre / lo, np.where(slack, 0.0, cos / lo)
+    dcos = taut * height**2 / fibre**3
+    x, dx = fibre / lo, taut * cos / lo
     v, dv = rate * cos / muscles.fastest, rate * dcos / muscles.fastest
 
-    fl, dfl = np.zeros_like(x), np.zeros_like(x)
+    fl, dfl = 0 * x, 0 * x
     for high, centre, width, growth in _BELLS:
         spread = width + growth * x
-        spread = np.where(np.abs(spread) < 1e-3, 1e-3, spread)  # the bell is 0 long before there
+        spread = spread + (math.fabs(spread) < 1e-3) * (1e-3 - spread)  # by then the bell is 0
         z = (x - centre) / spread
-        bell = high * np.exp(-(z**2) / 2)
+        bell = high * math.exp(-(z**2) / 2)
         fl += bell
         dfl -= bell * z * (1 - growth * z) / spread
 
     y = _D2 * v + _D3
-    fv = _D1 * np.arcsinh(y) + _D4
-    dfv = np.where(fv > 0, _D1 * _D2 / np.hypot(y, 1.0), 0.0)
-    fv = np.maximum(fv, 0.0)
+    fv = _D1 * math.asinh(y) + _D4
+    dfv = (fv > 0) * (_D1 * _D2) / math.hypot(y, 1.0)
+    fv = math.fmax(fv, 0.0)
 
     floor, whole = np.exp(_STEEPNESS * (_SHORTEST - 1) / _STRAIN), np.exp(_STEEPNESS)
-    rising = np.exp(_STEEPNESS * (np.maximum(x, _SHORTEST) - 1) / _STRAIN)
+    rising = math.exp(_STEEPNESS * (math.fmax(x, _SHORTEST) - 1) / _STRAIN)
     fp = (rising - floor) / (whole - floor)
-    dfp = np.where(x > _SHORTEST, _STEEPNESS / _STRAIN * rising / (whole - floor), 0.0)
+    dfp = (x > _SHORTEST) * (_STEEPNESS / _STRAIN / (whole - floor)) * rising
 
     f0 = muscles.peak_force
     passive, d_passive = f0 * fp * cos, f0 * (fp * dcos + dfp * dx * cos)

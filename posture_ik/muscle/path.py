@@ -179,14 +179,22 @@ def _marks() -> ca.Function:
 
 
 @cache
-def _lengths() -> ca.Function:
-    """(angles, size) -> lengths (50,) and their jacobian (50, 14)."""
+def arm_lengths() -> ca.Function:
+    """(angles (14,), size) -> lengths (50,) and their jacobian (50, 14), sparse."""
     graph = _graph()
     arm = ca.Function("arm", [graph.angles], [graph.lengths, graph.slopes])
     angles, scale = ca.SX.sym("angles", len(ARM_DOFS)), ca.SX.sym("scale")
     lengths, slopes = zip(*map(arm, ca.vertsplit(angles, len(ARM_JOINTS))), strict=True)
-    outputs = [scale * ca.vertcat(*lengths), ca.densify(scale * ca.diagcat(*slopes))]
+    outputs = [scale * ca.vertcat(*lengths), scale * ca.diagcat(*slopes)]
     return ca.Function("lengths", [angles, scale], ca.cse(outputs))
+
+
+@cache
+def _lengths() -> ca.Function:
+    """The same with all of the jacobian, for `Paths.evaluate`."""
+    symbols = arm_lengths().sx_in()
+    lengths, jacobian = arm_lengths()(*symbols)
+    return ca.Function("lengths", symbols, [lengths, ca.densify(jacobian)])
 
 
 @cache

@@ -14,13 +14,21 @@ and so only in what is asked of each point by itself,
 
 with tau = M a + b(q, v) + K (q - q_ref) + D v what muscles supply. One SX graph of a point, with
 its first and exact second derivatives, is mapped over all of them.
+
+Where actuators drive the joints, their activations and a reserve torque are unknowns of each point
+too, tau = torque(q, v, activation) + reserve, and instead of effort L counts
+
+    Σ activation² + price Σ reserve².
+
+Where the activations lag, their derivatives in s are unknowns as well, and what integrates u
+integrates them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache
-from typing import ClassVar, TypeAlias
+from typing import ClassVar, NamedTuple, TypeAlias
 
 import casadi as ca
 import numpy as np
@@ -28,6 +36,7 @@ import numpy.typing as npt
 
 from posture_ik.arrays import Array
 from posture_ik.kinematics import Kinematics, inverse_dynamics, torque_derivatives
+from posture_ik.posture.actuators import RESERVE_PRICE, Actuators
 from posture_ik.posture.tasks import Constraint
 
 Mask: TypeAlias = npt.NDArray[np.bool_]
@@ -49,8 +58,14 @@ class Points:
 
     Attributes:
         size: number n of joints that move.
-        value: (z, T, p) -> L (1,), c (m,), with z = (q, u, w). The rows c are tau, then v, each
-            where limited, then the tasks along the path.
+        parts: of z, the sizes of q, u, w, and with actuators of activation and reserve, and of the
+            activations' derivatives where they lag.
+        powers: z is (q, v, a, controls) times these powers of T, (r,).
+        states, rates: which of z are integrated, and which are their derivatives.
+        value: (z, T, p) -> L (1,), c (m,). The rows c are tau, then v, each where limited, then
+            what actuators leave of tau and how far their excitations are within 0 and 1, then the
+            tasks along the path.
+        lower, upper: of the rows that are the actuators'.
         slope, jacobian: (z, T, p) -> L or c, and its derivatives with respect to z and to T.
         second: (z, T, p, weight, lambda) -> Hessian of weight L + lambdaᵀc, upper triangle, as
             its parts zz, zT, TT.
@@ -72,6 +87,7 @@ class Points:
         ends: Sequence[Constraint],
         along: Sequence[Constraint],
         limited: tuple[bool, bool],
+        actuators: Actuators | None = None,
     ) -> Points:
         """Give the graph for tasks at the end and along the path, built once for all.
 
@@ -80,11 +96,12 @@ class Points:
             ends: tasks at the end.
             along: tasks along the path.
             limited: whether torque and speed have limits.
+            actuators: what drives the joints, if they do not move at will.
         """
         structures = (tuple(task.structure() for task in tasks) for tasks in (ends, along))
-        key = (kinematics, limited, *structures)
+        key = (kinematics, limited, actuators and actuators.structure(), *structures)
         if key not in cls._known:
-            cls._known[key] = cls(kinematics, ends, along, limited)
+            cls._known[key] = cls(kinematics, ends, along, limited, actuators)
         return cls._known[key]
 
     def __init__(
@@ -93,13 +110,15 @@ class Points:
         ends: Sequence[Constraint],
         along: Sequence[Constraint],
         limited: tuple[bool, bool],
+        actuators: Actuators | None,
     ) -> None:
         self.size = n = len(kinematics.motions)
-        q, u, w, duration = kinematics.q, ca.SX.sym("u", n), ca.SX.sym("w", n), ca.SX.sym("T")
-        v, a = ca.SX.sym("v", n), ca.SX.sym("a", n)
+        q, v, a, duration = kinematics.q, ca.SX.sym("v", n), ca.SX.sym("a", n), ca.SX.sym("T")
         stiffness, rest, damping = (ca.SX.sym(name, n) for name in ("K", "rest", "D"))
         strength, weights = ca.SX.sym("strength", n), ca.SX.sym("weights", 3)
         targets = [ca.SX.sym("target", task.target.size) for task in (*ends, *along)]
+        driven = _Driven.of(actuators, q, v)
+        self.lower, self.upper = driven.lower, driven.upper
         tau = inverse_dynamics(kinematics, v, a) + stiffness * (q - rest) + damping * v
         residuals, overturns = [], []
         for task, target in zip((*ends, *along), targets, strict=True):
@@ -122,44 +141,60 @@ class Points:
         self._used = [i for i, name in enumerate(names) if name in needed]
         p = ca.vertcat(
             kinematics.parameters[self._used],
-            *(stiffness, rest, damping, strength, weights, *targets),
+            *(stiffness, rest, damping, strength, weights, driven.numbers, *targets),
         )
         self.torque = ca.Function("torque", [q, v, a, p], [tau])
 
-        effort, smoothness, time = ca.vertsplit(weights)
-        z, at = ca.vertcat(q, u, w), [u / duration, w / duration**2]
-        cost = effort * ca.sumsqr(tau / strength) + smoothness * ca.sumsqr(a) + time
-        asked = ca.vertcat(*[row for row, is_in in zip((tau, v), limited, strict=True) if is_in])
-        weight, lam = ca.SX.sym("weight"), ca.SX.sym("lambda", asked.numel() + path.numel())
-        on_tau, on_v, on_path = _shares(lam, n, limited)
-
-        # Derivatives in y = (q, v, a) of the rows, and of weight L + lambdaᵀ rows.
-        pressed = 2 * weight * duration * effort * tau / strength**2
-        tau_y, bent = torque_derivatives(kinematics, v, a, pressed + on_tau)
-        tau_y[:, : 2 * n] += ca.horzcat(ca.diag(stiffness), ca.diag(damping))
-        path_bent, path_slope = ca.hessian(ca.dot(on_path, path), q)
-        still = ca.SX(n, n)
-        rows_y = ca.vertcat(
-            *[tau_y] * limited[0],
-            *[ca.horzcat(still, ca.SX.eye(n), still)] * limited[1],
-            ca.horzcat(ca.jacobian(path, q), ca.SX(path.numel(), 2 * n)),
+        # In physical time y = (q, v, a, controls), in scaled time z = y T^power.
+        y = ca.vertcat(q, v, a, *driven.controls)
+        sizes = [n, n, n, *(part.numel() for part in driven.controls)]
+        self.powers = power = np.repeat([0, 1, 2, 0, 0, 1][: len(sizes)], sizes)
+        self.parts, cuts = sizes, np.append(0, np.cumsum(sizes))
+        first = [0, 1, 3][: 2 + (len(sizes) == 6)]
+        following = [1, 2, 5][: len(first)]
+        self.states, self.rates = (
+            np.concatenate([np.arange(cuts[i], cuts[i + 1]) for i in each])
+            for each in (first, following)
         )
-        rough = 2 * weight * duration * smoothness
-        bent += ca.diagcat(path_bent, still, rough * ca.SX.eye(n))
+        z = ca.SX.sym("z", y.numel())
+
+        effort, smoothness, time = ca.vertsplit(weights)
+        other_cost = smoothness * ca.sumsqr(a) + driven.cost
+        cost = effort * ca.sumsqr(tau / strength) + other_cost + time
+        left = tau[: driven.torque.numel(), :] - driven.torque
+        asked = [tau[: n * limited[0], :], v[: n * limited[1], :], left, driven.lags, path]
+        weight, lam = ca.SX.sym("weight"), ca.SX.sym("lambda", sum(row.numel() for row in asked))
+        on = ca.vertsplit(lam, [0, *np.cumsum([row.numel() for row in asked]).tolist()])
+        on_tau = sum((ca.vertcat(each, ca.SX(n - each.numel(), 1)) for each in (on[0], on[2])), 0)
+
+        # Derivatives in y of the rows, and of weight L + lambdaᵀ rows: those of tau by
+        # recursion, the others by CasADi.
+        pressed = 2 * weight * duration * effort * tau / strength**2
+        by_joints, by_joints_twice = torque_derivatives(kinematics, v, a, pressed + on_tau)
+        by_joints[:, : 2 * n] += ca.horzcat(ca.diag(stiffness), ca.diag(damping))
+        more = y.numel() - 3 * n
+        tau_y = ca.horzcat(by_joints, ca.SX(n, more))
+        others = ca.dot(on[1], asked[1]) - ca.dot(on[2], driven.torque)
+        others += ca.dot(on[3], driven.lags) + ca.dot(on[4], path)
+        rows_y = ca.vertcat(
+            tau_y[: n * limited[0], :],
+            ca.jacobian(asked[1], y),
+            tau_y[: left.numel(), :] - ca.jacobian(driven.torque, y),
+            ca.jacobian(ca.vertcat(driven.lags, path), y),
+        )
+        bent, _ = ca.hessian(others + weight * duration * other_cost, y)
+        by_joints_twice = ca.triu(by_joints_twice) + ca.triu(by_joints_twice, False).T
+        bent += ca.diagcat(by_joints_twice, ca.SX(more, more))
         stiff = 2 * weight * duration * effort / strength**2  # for the rest, tau_yᵀ stiff tau_y
-        cost_slope = tau_y.T @ pressed + ca.vertcat(ca.SX(2 * n, 1), rough * a)
-        slope = cost_slope + tau_y.T @ on_tau + ca.vertcat(path_slope, on_v, ca.SX(n, 1))
+        cost_slope = tau_y.T @ pressed + ca.gradient(weight * duration * other_cost, y)
+        slope = cost_slope + tau_y.T @ on_tau + ca.gradient(others, y)
 
         # ... and in z and T, of which y = stretch z: y_T, z_T and their derivatives.
-        ones = ca.SX.ones(n)
-        stretch = ca.vertcat(ones, ones / duration, ones / duration**2)
-        once, twice = (ca.vertcat(0 * q, b * v, c * a) for b, c in ((-1, -2), (2, 6)))
-        along_t, along_tt = once / duration, twice / duration**2
-        bent = ca.triu(bent) + ca.triu(bent, False).T
+        stretch = ca.vertcat(*[1 / duration ** int(k) for k in power])
+        along_t, along_tt = -power * y / duration, power * (power + 1) * y / duration**2
         tau_t = tau_y @ along_t
         bent_t = bent @ along_t + tau_y.T @ (stiff * tau_t)
-        mixed = stretch * (bent_t + cost_slope / duration)
-        mixed += stretch * ca.vertcat(0 * q, -slope[n : 2 * n], -2 * slope[2 * n :]) / duration
+        mixed = stretch * (bent_t + (cost_slope - power * slope) / duration)
         second = [
             ca.triu(ca.diag(stretch) @ bent @ ca.diag(stretch)),
             ca.densify(mixed),
@@ -172,9 +207,9 @@ class Points:
         jacobian = [ca.mtimes(rows_y, ca.diag(stretch)), ca.densify(rows_y @ along_t)]
 
         def in_scaled_time(*terms: ca.SX) -> list[ca.SX]:
-            return ca.cse(ca.substitute(list(terms), [v, a], at))
+            return ca.cse(ca.substitute(list(terms), [y], [stretch * z]))
 
-        cost, rows = in_scaled_time(duration * cost, ca.vertcat(asked, path))
+        cost, rows = in_scaled_time(duration * cost, ca.vertcat(*asked))
         gradient = ca.gradient(cost, ca.vertcat(z, duration))
         point = [z, duration, p]
         self.value = ca.Function("value", point, [cost, rows])
@@ -204,9 +239,37 @@ def _with_square(part: ca.Function) -> ca.Function:
     return ca.Function("second", arguments, [bent + ca.triu(square), mixed, twice])
 
 
-def _shares(lam: ca.SX, n: int, limited: tuple[bool, bool]) -> tuple[ca.SX, ca.SX, ca.SX]:
-    """Multipliers of the torques, of the speeds (zero where not limited), and of the path."""
-    cuts = [0, n * limited[0], n * sum(limited), lam.numel()]
-    on_tau, on_v, on_path = ca.vertsplit(lam, cuts)
-    none = ca.SX(n, 1)
-    return on_tau if limited[0] else none, on_v if limited[1] else none, on_path
+class _Driven(NamedTuple):
+    """What actuators add to a point; nothing where there are none.
+
+    `controls` are activation and reserve, and the activations' rates where they lag; `torque` is
+    what they give, `lags` are rows a + rise a' and a + fall a', of which one is the excitation,
+    `lower` and `upper` are bounds of the rows tau - torque = 0 and of `lags`.
+    """
+
+    controls: tuple[ca.SX, ...]
+    numbers: ca.SX
+    torque: ca.SX
+    lags: ca.SX
+    cost: ca.SX
+    lower: Array
+    upper: Array
+
+    @classmethod
+    def of(cls, actuators: Actuators | None, q: ca.SX, v: ca.SX) -> _Driven:
+        none = ca.SX(0, 1)
+        if actuators is None:
+            return cls((), none, none, none, ca.SX(0), np.zeros(0), np.zeros(0))
+        m, n, lag = len(actuators.names), q.numel(), actuators.lag
+        activation, reserve = ca.SX.sym("activation", m), ca.SX.sym("reserve", n)
+        numbers = ca.SX.sym("numbers", actuators.numbers.size)
+        torque = actuators.torque(q, v, activation, numbers) + reserve
+        cost = ca.sumsqr(activation) + RESERVE_PRICE * ca.sumsqr(reserve)
+        still = np.zeros(n)
+        if lag is None:
+            return cls((activation, reserve), numbers, torque, none, cost, still, still)
+        rate = ca.SX.sym("rate", m)
+        lags = ca.vertcat(activation + lag.rise * rate, activation + lag.fall * rate)
+        lower = np.concatenate([still, np.full(m, -np.inf), np.zeros(m)])
+        upper = np.concatenate([still, np.ones(m), np.full(m, np.inf)])
+        return cls((activation, reserve, rate), numbers, torque, lags, cost, lower, upper)

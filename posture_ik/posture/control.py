@@ -12,6 +12,7 @@ from posture_ik.body import Body
 from posture_ik.body.arms import ARM_JOINTS
 from posture_ik.errors import BadProblem, nearest
 from posture_ik.kinematics import Kinematics, frame_poses
+from posture_ik.posture.actuators import Actuators
 from posture_ik.posture.collocation import Mask, Points
 from posture_ik.posture.diagnose import nearest_attempt
 from posture_ik.posture.mesh import Question
@@ -23,9 +24,9 @@ from posture_ik.posture.tasks import Constraint, constraints_of
 from posture_ik.posture.trajectory import Limb, Trajectory
 from posture_ik.problem import Hand, Problem
 
-#: Weight of ∫ a² dt beside the effort ((N m)² s⁴) or beside the time (s⁴): little, but it settles
-#: what light joints and joints off the critical path do.
-SMOOTHNESS = {"effort": 1e-4, "time": 1e-8}
+#: Weight of ∫ a² dt beside the effort ((N m)² s⁴), or beside the time or the activations squared
+#: (s⁴): little, but it settles what light joints and joints off the critical path do.
+SMOOTHNESS = {"effort": 1e-4, "time": 1e-8, "activation": 1e-6}
 #: Intervals of the first mesh, for the joints of one arm and for more: on one too coarse, stiff
 #: joints of the back find motions that are none, from which the next mesh has to find its way.
 #: Found by trial (8, 16, 24) on one far target with 12 and with 20 joints.
@@ -41,12 +42,16 @@ def reach(
     start: Array | None = None,
     intervals: int | None = None,
     on_mesh: Callable[[int, int], None] | None = None,
+    drive: Callable[[Limb], Actuators] | None = None,
 ) -> Trajectory:
     """Find the motion of least effort, or of least time, that ends at rest meeting the tasks.
 
     The body moves under its weight, against the springs and dampers of its joints; the joints
     that do not move stand firm where they start. Solved by direct collocation
     (`posture_ik.posture.collocation`), the mesh refined where needed.
+
+    Of least activation, where actuators drive the joints: those that move then have neither
+    springs nor dampers, which stood for the tissue that actuators are models of.
 
     Args:
         body: who.
@@ -55,6 +60,7 @@ def reach(
             energy that meets the tasks that no moving joint can change, and those along the way.
         intervals: of the first mesh; 8 for one arm, 24 for more joints, if not given.
         on_mesh: told before each solve which it is, from 1, and of how many intervals.
+        drive: gives the actuators of the joints that move, for the cost "activation".
 
     Raises:
         InfeasiblePosture: the tasks at the start, or those at the end, cannot be met; tells which,
@@ -82,7 +88,17 @@ def reach(
                 f"start of {dof}", f"{value:.4g} is not within {low:.4g} to {high:.4g}"
             )
     limb = Limb.of(replace(Statement.of(body, resting), problem=problem), moving, start)
-    part, first = limb.part, start[list(limb.rows)]
+    first = start[list(limb.rows)]
+    actuators = None
+    if block.cost == "activation":
+        if drive is None:
+            raise BadProblem(
+                "trajectory.cost", "'activation' needs actuators that drive the joints"
+            )
+        none = np.zeros(len(moving))
+        limb = replace(limb, part=replace(limb.part, stiffness=none, damping=none))
+        actuators = drive(limb)
+    part = limb.part
     twin = Kinematics.of(part.model)
     target = _target(part, problem, (*asked, *kept), first)
     ends, path = (
@@ -95,13 +111,14 @@ def reach(
     )
     limited = tuple(bool(np.isfinite(each).any()) for each in (most_torque, most_speed))
     smoothness = SMOOTHNESS[block.cost] if block.smoothness is None else block.smoothness
-    points = Points.of(twin, ends, path, (limited[0], limited[1]))
-    weights = {"effort": [1.0, smoothness, 0.0], "time": [0.0, smoothness, 1.0]}[block.cost]
+    points = Points.of(twin, ends, path, (limited[0], limited[1]), actuators)
+    weights = [float(block.cost == "effort"), smoothness, float(block.cost == "time")]
     parameters = points.parameters(
         twin.values(part.model),
         *(part.stiffness, part.q_reference, part.damping),
         _per_joint("strength", block.strength, moving, 1.0),
         np.array(weights),
+        actuators.numbers if actuators else np.zeros(0),
         *(task.target for task in (*ends, *path)),
     )
     question = Question(
@@ -113,6 +130,7 @@ def reach(
         torque=most_torque if limited[0] else None,
         speed=most_speed if limited[1] else None,
         duration=block.duration,
+        actuators=actuators,
         held=_independent(points, parameters, target),
     )
     if intervals is None:

@@ -10,6 +10,7 @@ import numpy as np
 from scipy import sparse
 
 from posture_ik.arrays import Array
+from posture_ik.posture.actuators import Actuators
 from posture_ik.posture.collocation import DEGREE, Mask, Points, radau
 
 #: The shortest and the longest free time, s.
@@ -27,6 +28,7 @@ class Question:
         lower, upper: range of the joints, (n,).
         speed, torque: their limits, (n,), to either side; None where no joint has one.
         duration: T, s; None where it is free.
+        actuators: what drives the joints, if they do not move at will.
         held: which rows of the tasks at the end, and of those along the path, are asked for at
             the end; the others follow from these.
     """
@@ -39,11 +41,18 @@ class Question:
     speed: Array | None
     torque: Array | None
     duration: float | None
+    actuators: Actuators | None
     held: tuple[Mask, Mask]
+
+    @property
+    def activation(self) -> Array:
+        """Activations before the start that lag, (m,) or none."""
+        lagging = self.actuators is not None and self.actuators.lag is not None
+        return self.actuators.start if self.actuators and lagging else np.zeros(0)
 
 
 class Solution(NamedTuple):
-    """Where IPOPT stopped: the points z (3 n, points) and T on a mesh, and its certificate.
+    """Where IPOPT stopped: the points z (r, points) and T on a mesh, and its certificate.
 
     `primal` is the largest overrun of an equation or limit, `dual` the largest component of the
     Lagrangian's gradient.
@@ -78,7 +87,7 @@ def solve_on_mesh(
     Args:
         question: the reach.
         mesh: lengths of the intervals in scaled time, (k,), of sum 1.
-        guess: z (3 n, k d) and T to start from.
+        guess: z (r, k d) and T to start from.
         first_barrier: IPOPT's first barrier parameter, small where the guess is near.
     """
     program = program_on(question, mesh)
@@ -121,11 +130,11 @@ def solve_on_mesh(
 def program_on(question: Question, mesh: Array) -> MeshProgram:
     """Map the graph of a point over a mesh: cost, rows and their sparse derivatives."""
     points = question.points
-    n, count = points.size, DEGREE * len(mesh)
-    x, p = ca.MX.sym("x", 3 * n * count + 1), ca.MX.sym("p", len(question.parameters))
-    z, total = ca.reshape(x[:-1], 3 * n, count), x[-1]
+    n, size, count = points.size, sum(points.parts), DEGREE * len(mesh)
+    x, p = ca.MX.sym("x", size * count + 1), ca.MX.sym("p", len(question.parameters))
+    z, total = ca.reshape(x[:-1], size, count), x[-1]
     weights = ca.DM(np.kron(mesh, radau()[1][-1]))
-    linear, right = _collocation(mesh, question.start)
+    linear, right = _collocation(question, mesh)
     once = [1, 2]  # T and p are the same at every point
 
     value, slope, slopes = (
@@ -136,12 +145,12 @@ def program_on(question: Question, mesh: Array) -> MeshProgram:
     # Cost and rows come with their derivatives where those are asked for, and cheaply alone.
     f, f_again = (ca.dot(weights, cost.T) for cost in (value[0], slope[0]))
     g, g_again = (ca.vertcat(linear @ x[:-1], ca.vec(rows), end) for rows in (value[1], slopes[0]))
-    by_row = ca.DM(np.repeat(weights.full(), 3 * n))
+    by_row = ca.DM(np.repeat(weights.full(), size))
     gradient = ca.vertcat(slope[1].T * by_row, slope[2] @ weights)
-    rest = ca.MX(end.numel(), 3 * n * (count - 1)), ca.MX(end.numel(), 2 * n + 1)
+    rest = ca.MX(end.numel(), size * (count - 1)), ca.MX(end.numel(), size - n + 1)
     jacobian = ca.vertcat(
         ca.horzcat(linear, ca.MX(linear.shape[0], 1)),
-        ca.horzcat(ca.diagcat(*ca.horzsplit(slopes[1], 3 * n)), ca.vec(slopes[2])),
+        ca.horzcat(ca.diagcat(*ca.horzsplit(slopes[1], size)), ca.vec(slopes[2])),
         ca.horzcat(rest[0], end_jacobian, rest[1]),
     )
 
@@ -152,12 +161,12 @@ def program_on(question: Question, mesh: Array) -> MeshProgram:
     )
     second = points.second.map("second", "serial", count, once, [])
     zz, zt, tt = second(z, total, p, sigma * weights.T, ca.reshape(on_points, m, count))
-    blocks = ca.horzsplit(zz, 3 * n)
+    blocks = ca.horzsplit(zz, size)
     bent = points.end_second(z[:n, -1], p, on_end)
-    blocks[-1] = blocks[-1] + ca.diagcat(bent, ca.MX(2 * n, 2 * n))
+    blocks[-1] = blocks[-1] + ca.diagcat(bent, ca.MX(size - n, size - n))
     hessian = ca.vertcat(
         ca.horzcat(ca.diagcat(*blocks), ca.vec(zt)),
-        ca.horzcat(ca.MX(1, 3 * n * count), ca.sum2(tt)),
+        ca.horzcat(ca.MX(1, size * count), ca.sum2(tt)),
     )
     return MeshProgram(
         {"x": x, "p": p, "f": f, "g": g},
@@ -172,16 +181,22 @@ def _bounds(question: Question, count: int, right: Array) -> tuple[Array, Array,
     """Bounds of x and of the rows, lower and upper each."""
     points, n = question.points, question.points.size
     free = np.full(2 * n, np.inf)
+    # Of activations the bounds are known, of reserves and rates there are none.
+    kinds = [(0.0, 1.0), (-np.inf, np.inf), (-np.inf, np.inf)]
+    rest = points.parts[3:]
+    low_rest, high_rest = np.repeat(kinds[: len(rest)], rest, axis=0).reshape(-1, 2).T
     fixed = question.duration
     shortest, longest = (SHORTEST, LONGEST) if fixed is None else (fixed, fixed)
-    lbx = np.append(np.tile(np.append(question.lower, -free), count), shortest)
-    ubx = np.append(np.tile(np.append(question.upper, free), count), longest)
-    at_rest = slice(-2 * n - 1, -n - 1)  # u of the last point
-    lbx[at_rest] = ubx[at_rest] = 0.0
+    low, high = (
+        np.tile(np.concatenate(each), (count, 1))
+        for each in ((question.lower, -free, low_rest), (question.upper, free, high_rest))
+    )
+    low[-1, n : 2 * n] = high[-1, n : 2 * n] = 0.0  # u of the last point: at rest
+    lbx, ubx = np.append(low, shortest), np.append(high, longest)
     most = [limit for limit in (question.torque, question.speed) if limit is not None]
     end, path = (np.where(one_sided, np.inf, 0.0) for one_sided in points.one_sided)
-    floor = np.concatenate([*(-limit for limit in most), np.zeros(len(path))])
-    ceiling = np.concatenate([*most, path])
+    floor = np.concatenate([*(-limit for limit in most), points.lower, np.zeros(len(path))])
+    ceiling = np.concatenate([*most, points.upper, path])
     floors, ceilings = np.tile(floor, (count, 1)), np.tile(ceiling, (count, 1))
     # Position at every point fixes the speed of what the path holds, and rest at the end is one
     # condition more: the last point but one gives way.
@@ -195,18 +210,17 @@ def _bounds(question: Question, count: int, right: Array) -> tuple[Array, Array,
     return lbx, ubx, lbg, ubg
 
 
-def _collocation(mesh: Array, start: Array) -> tuple[ca.DM, Array]:
-    """The collocation equations of all points, G z = r: G (2 n k d, 3 n k d) and r."""
-    n, k = len(start), len(mesh)
-    matrix = radau()[1]
-    eye = sparse.eye(n)
-    state = sparse.kron(np.eye(2, 3), eye)  # picks (q, u) of a point
-    rate = sparse.kron(np.eye(2, 3, 1), eye)  # picks (u, w)
+def _collocation(question: Question, mesh: Array) -> tuple[ca.DM, Array]:
+    """The collocation equations of all points, G z = r: G (s k d, r k d) and r (s k d,)."""
+    points, k = question.points, len(mesh)
+    each = sparse.eye(sum(points.parts)).tocsr()
+    state, rate = each[points.states], each[points.rates]
     last = np.zeros((DEGREE, DEGREE))
     last[:, -1] = 1.0
     before = sparse.kron(np.eye(k, k, -1), last)
-    points = sparse.kron(sparse.eye(k * DEGREE) - before, state)
-    whole = points - sparse.kron(sparse.kron(sparse.diags(mesh), matrix), rate)
-    r = np.zeros(2 * n * k * DEGREE)
-    r[: 2 * n * DEGREE] = np.tile(np.append(start, np.zeros(n)), DEGREE)
+    by_state = sparse.kron(sparse.eye(k * DEGREE) - before, state)
+    whole = by_state - sparse.kron(sparse.kron(sparse.diags(mesh), radau()[1]), rate)
+    first = np.concatenate([question.start, 0 * question.start, question.activation])
+    r = np.zeros(len(first) * k * DEGREE)
+    r[: len(first) * DEGREE] = np.tile(first, DEGREE)
     return ca.DM(whole.tocsc()), r

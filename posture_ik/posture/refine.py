@@ -16,6 +16,8 @@ _ROUNDS = 12
 _MOST_INTERVALS = 200
 #: An interval's share of the duration times its overshoot above which it is split.
 _OVERSHOOT = 1e-3
+#: Activation to start from, off its bounds.
+_SOME = 0.1
 #: ... as long as that still changes the cost by more than this share.
 _SETTLED = 3e-5
 
@@ -64,7 +66,8 @@ def refine(
         mesh = _split(trajectory, question, rough, sharp, over)
         sample = trajectory.at(trajectory.duration * _places(mesh))
         scale = trajectory.duration
-        guess = np.hstack([sample.q, scale * sample.v, scale**2 * sample.a]).T, scale
+        physical = np.hstack([sample.q, sample.v, sample.a, sample.controls])
+        guess = (physical * scale**question.points.powers).T, scale
         barrier = 1e-6
     at_end, p = trajectory.q[-1], question.parameters
     if np.any(question.points.overturn(at_end, p).full() > 1.0):
@@ -97,7 +100,11 @@ def _minimum_jerk(question: Question, target: Array, mesh: Array) -> tuple[Array
         60 * s * (1 - s) * (1 - 2 * s),
     )
     q, u, w = (np.outer(way, shape) for shape in shapes)
-    guess = np.vstack([question.start[:, None] + q, u, w])
+    controls = [
+        np.full((size, len(s)), value)
+        for size, value in zip(question.points.parts[3:], (_SOME, 0.0, 0.0), strict=False)
+    ]
+    guess = np.vstack([question.start[:, None] + q, u, w, *controls])
     return guess, 1.0 if question.duration is None else question.duration
 
 
@@ -107,15 +114,18 @@ def _trajectory(
     solution: Solution,
 ) -> Trajectory:
     """Give a solution physical units, and a value at the start."""
-    duration = solution.duration
-    q, u, w = (part.T for part in np.split(solution.z, 3))
-    v, a = u / duration, w / duration**2
+    duration, n = solution.duration, question.points.size
+    physical = solution.z.T / duration**question.points.powers
+    q, v, a, controls = np.split(physical, [n, 2 * n, 3 * n], axis=1)
     points = radau()[0]
     back = np.prod([[-c / (p - c) if c != p else 1.0 for c in points] for p in points], axis=1)
     q, v, a = (
         np.vstack([first, rest])
         for first, rest in ((question.start, q), (0 * question.start, v), (back @ a[:DEGREE], a))
     )
+    controls = np.vstack([back @ controls[:DEGREE], controls])
+    lagging = len(question.activation)
+    controls[0, :lagging] = question.activation
     tau = question.points.torque.map(len(q))(q.T, v.T, a.T, question.parameters).full().T
     tau[0] = back @ tau[1 : DEGREE + 1]
     time = duration * np.append(0.0, _places(solution.mesh))
@@ -127,6 +137,8 @@ def _trajectory(
         v=v,
         a=a,
         tau=tau,
+        actuators=question.actuators,
+        controls=controls,
         cost=solution.cost,
         status=solution.status,
         iterations=solution.iterations,

@@ -13,6 +13,7 @@ from scipy.integrate import solve_ivp
 from posture_ik.arrays import Array
 from posture_ik.body import Body
 from posture_ik.errors import PostureIKError
+from posture_ik.posture.actuators import Actuators
 from posture_ik.posture.collocation import DEGREE, radau
 from posture_ik.posture.result import Posture
 from posture_ik.posture.statement import Statement
@@ -41,7 +42,8 @@ class Limb:
         statement: the whole body, the problem, and the tasks met from the start.
         joints: names of the n that move; `rows` tells which they are.
         start: configuration of the whole at the start, (nq,).
-        part: the body with all other joints fixed, n degrees of freedom, and its springs.
+        part: the body with all other joints fixed, n degrees of freedom, and its springs; without
+            these where actuators drive it.
     """
 
     statement: Statement
@@ -67,12 +69,16 @@ class Limb:
 
 
 class Sample(NamedTuple):
-    """A trajectory at some times: positions, velocities, accelerations and torques, (k, n)."""
+    """A trajectory at some times: positions, velocities, accelerations and torques, (k, n).
+
+    And the actuators' controls as `Trajectory` has them, (k, ...).
+    """
 
     q: Array
     v: Array
     a: Array
     tau: Array
+    controls: Array
 
 
 class Round(NamedTuple):
@@ -99,6 +105,9 @@ class Trajectory:
         time: 0, then every collocation point, (p,), s.
         q, v, a: (p, n), m or rad, and per s, per s².
         tau: (p, n), N or N m, net of springs and dampers: what muscles supply.
+        actuators: what drives the joints; None where they move at will.
+        controls: activations of the actuators, reserve torques beside them, N m, and where
+            activations lag their rates, 1/s; (p, m + n) or (p, m + n + m), none without actuators.
         cost: what was minimised.
         status, iterations: of IPOPT, on the last mesh.
         primal: largest overrun of an equation or limit at the points; `dual`: largest component
@@ -120,6 +129,8 @@ class Trajectory:
     v: Array
     a: Array
     tau: Array
+    actuators: Actuators | None
+    controls: Array
     cost: float
     status: str
     iterations: int
@@ -151,6 +162,47 @@ class Trajectory:
         weights = self.duration * np.kron(self.mesh, radau()[1][-1])
         return float(weights @ np.sum(self.tau[1:] ** 2, axis=1))
 
+    @property
+    def activation(self) -> Array:
+        """Of the actuators, (p, m), 0 to 1; what is read back to the start is kept within."""
+        return np.clip(self.controls[:, : self._count], 0.0, 1.0)
+
+    @property
+    def reserve(self) -> Array:
+        """Torques beside the actuators', (p, n), N m: next to nothing where these suffice."""
+        return self.controls[:, self._count : self._count + len(self.limb.joints)]
+
+    @property
+    def excitation(self) -> Array:
+        """What drives the activations, (p, m), 0 to 1: these themselves where they do not lag."""
+        lag = self.actuators.lag if self.actuators else None
+        if lag is None:
+            return self.activation
+        rate = self.controls[:, -self._count :]
+        return np.clip(self.activation + np.where(rate > 0, *lag) * rate, 0.0, 1.0)
+
+    @property
+    def imbalance(self) -> float:
+        """Largest torque, N m, between Pinocchio's inverse dynamics and actuators with reserve.
+
+        Zero without actuators; else at the points, the actuators' torque not by the graph.
+        """
+        if self.actuators is None:
+            return 0.0
+        model, data = self.limb.part.model, self.limb.part.model.createData()
+        left = [
+            pin.rnea(model, data, q, v, a) - self.actuators.torque_at(q, v, activation) - reserve
+            for q, v, a, activation, reserve in zip(
+                self.q[1:], self.v[1:], self.a[1:], self.activation[1:], self.reserve[1:],
+                strict=True,
+            )
+        ]  # fmt: skip
+        return float(np.max(np.abs(left)))
+
+    @property
+    def _count(self) -> int:
+        return len(self.actuators.names) if self.actuators else 0
+
     def at(self, times: Array) -> Sample:
         """Interpolate at times (k,), s, from 0 to the duration."""
         edges = self.duration * np.append(0.0, np.cumsum(self.mesh))
@@ -161,8 +213,11 @@ class Trajectory:
         with_start = _lagrange(np.append(0.0, points), share)
         without = _lagrange(points, share)
         q, v = ((with_start[:, None] @ each[rows])[:, 0] for each in (self.q, self.v))
-        a, tau = ((without[:, None] @ each[rows[:, 1:]])[:, 0] for each in (self.a, self.tau))
-        return Sample(q, v, a, tau)
+        a, tau, controls = (
+            (without[:, None] @ each[rows[:, 1:]])[:, 0]
+            for each in (self.a, self.tau, self.controls)
+        )
+        return Sample(q, v, a, tau, controls)
 
     def configurations(self, times: Array) -> Array:
         """Configurations of the whole body, (k, nq), the joints at rest included."""
@@ -250,6 +305,7 @@ class Trajectory:
                 "v": named(self.v, "m/s or rad/s", "velocity"),
                 "a": named(self.a, "m/s2 or rad/s2", "acceleration"),
                 "tau": named(self.tau, "N or N m", "supplied beyond springs and dampers"),
+                **self._driven(),
                 "start": ("joint", self.limb.start, {"units": "m or rad", "long_name": "start"}),
                 "mesh": ("interval", self.mesh, {"long_name": "shares of the duration"}),
                 **{
@@ -262,6 +318,7 @@ class Trajectory:
             coords={
                 "time": ("time", self.time, {"units": "s"}),
                 "dof": list(self.limb.joints),
+                **({"muscle": list(self.actuators.names)} if self.actuators else {}),
                 "joint": list(self.body.dofs),
             },
             attrs={
@@ -269,8 +326,27 @@ class Trajectory:
                 "duration": self.duration,
                 "effort": self.effort,
                 **{name: getattr(self, name) for name in _TOLD},
+                **({"imbalance": self.imbalance} if self.actuators else {}),
             },
         )
+
+    def _driven(self) -> dict[str, object]:
+        """What actuators do, for the file."""
+        if self.actuators is None:
+            return {}
+        muscle = ("time", "muscle")
+        told: dict[str, object] = {
+            "activation": (muscle, self.activation, {"units": "1", "long_name": "activation"}),
+            "reserve": (
+                ("time", "dof"),
+                self.reserve,
+                {"units": "N m", "long_name": "torque beside the muscles'"},
+            ),
+        }
+        if self.actuators.lag:
+            named = {"units": "1", "long_name": "excitation"}
+            told["excitation"] = (muscle, self.excitation, named)
+        return told
 
 
 def _lagrange(nodes: Array, at: Array) -> Array:

@@ -343,7 +343,9 @@ class TrajectoryBlock(Block):
     The joints that move go from the posture that meets all other tasks to where all tasks are met,
     at rest at both ends.
 
-    `cost`: "effort" for least ∫ Σ (torque / strength)² dt, "time" for the least duration.
+    `cost`: "effort" for least ∫ Σ (torque / strength)² dt, "time" for the least duration,
+    "activation" for least ∫ Σ activation² dt of the arms' muscles, which then drive the joints by
+    the law of [activation]. `activation_dynamics`: activations change no faster than muscles can.
     `duration`: s; found where it is not given. `joints`: names of those that move; the arms of the
     hands in the tasks if not given. `speed`, `torque`: limits to either side, one for all joints or
     a table of some, rad/s or m/s and N m or N. `strength`: what torques are measured by, likewise.
@@ -351,7 +353,8 @@ class TrajectoryBlock(Block):
     may miss its own integration within an interval, rad or m. `along`: tasks held all the way.
     """
 
-    cost: Literal["effort", "time"] = "effort"
+    cost: Literal["effort", "time", "activation"] = "effort"
+    activation_dynamics: bool = False
     duration: float | None = Field(None, gt=0.0, le=60.0)
     joints: tuple[str, ...] | None = Field(None, min_length=1)
     speed: PerJoint | None = None
@@ -367,6 +370,12 @@ class TrajectoryBlock(Block):
             raise ValueError("least time finds the duration; leave duration out, or ask for effort")
         if self.cost == "time" and not (self.speed or self.torque):
             raise ValueError("least time needs a limit on torque or speed, or it takes no time")
+        return self
+
+    @model_validator(mode="after")
+    def _muscles_lag_where_they_drive(self) -> TrajectoryBlock:
+        if self.activation_dynamics and self.cost != "activation":
+            raise ValueError("activation_dynamics is of muscles; ask for cost = 'activation' too")
         return self
 
 

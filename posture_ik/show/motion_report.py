@@ -81,6 +81,7 @@ def _of_motion(motion: Motion) -> Row:
         "checks": _checks(motion),
         "redundant": motion.redundant,
         "rounds": [],
+        "muscles": "",
         "assumptions": _assumptions(motion),
         "figures": {"residual": _residual_figure(motion)},
     }
@@ -100,8 +101,9 @@ def _of_reach(found: Trajectory, motion: Moving) -> Row:
         "checks": reaching.checks(found),
         "redundant": (),
         "rounds": reaching.rounds(found),
+        "muscles": reaching.muscles(found),
         "assumptions": reaching.assumptions(found),
-        "figures": {},
+        "figures": {"activation": reaching.activations(found)} if found.actuators else {},
     }
 
 

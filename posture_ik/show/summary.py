@@ -168,6 +168,14 @@ def trajectory_summary(found: Trajectory) -> Group:
         f"integrated to {found.defect:.0e}",
     )
     head.add_row("integrated, it ends", f"{found.end_error:.0e} m or rad from its tasks")
+    if found.actuators:
+        highest = found.activation.max(axis=0)
+        hardest = ", ".join(
+            f"{found.actuators.names[i]} {highest[i]:.2g}" for i in np.argsort(-highest)[:4]
+        )
+        head.add_row("highest activations", hardest)
+        left = np.abs(found.reserve).max()
+        head.add_row("muscles leave", f"{left:.0e} N m at most to the reserve")
     table = Table(title="What the joints do at most", title_justify="left", box=None)
     for name in ("degree of freedom", "from", "to", "moves at most", "supplies at most"):
         table.add_column(name, justify="left" if name.startswith("degree") else "right")
@@ -188,6 +196,16 @@ def trajectory_summary(found: Trajectory) -> Group:
 def trajectory_record(found: Trajectory) -> dict[str, object]:
     """The same for machines: plain numbers, SI units in the keys."""
     joints = found.limb.joints
+    by_muscles: dict[str, object] = {}
+    if found.actuators:
+        highest = found.activation.max(axis=0).tolist()
+        by_muscles = {
+            "peak_activation": dict(zip(found.actuators.names, highest, strict=True)),
+            "peak_reserve": dict(
+                zip(joints, np.abs(found.reserve).max(axis=0).tolist(), strict=True)
+            ),
+            "imbalance": found.imbalance,
+        }
     peaks = {"peak_speed": found.v, "peak_tau": found.tau}
     return {
         "title": found.problem.title,
@@ -207,4 +225,5 @@ def trajectory_record(found: Trajectory) -> dict[str, object]:
             name: dict(zip(joints, np.abs(values).max(axis=0).tolist(), strict=True))
             for name, values in peaks.items()
         },
+        **by_muscles,
     }

@@ -80,6 +80,18 @@ def test_reach_in_least_time(
 
 
 @pytest.mark.benchmark(group="reach")
+@pytest.mark.parametrize("lag", [False, True])
+def test_reach_by_muscles(
+    benchmark: Benchmark, body: pik.Body, to_the_cyclic: pik.Problem, lag: bool
+) -> None:
+    """25 muscles drive the arm; where they lag, each has a state of its own."""
+    keywords = {"cost": "activation", "duration": 1.0, "activation_dynamics": lag}
+    found = benchmark.pedantic(reach, (body, to_the_cyclic), keywords, rounds=2, warmup_rounds=1)
+    benchmark.extra_info["meshes"] = [each.intervals for each in found.rounds]
+    assert found.imbalance < 1e-6
+
+
+@pytest.mark.benchmark(group="reach")
 @pytest.mark.parametrize("count", [5, 13])
 def test_reach_with_the_trunk(benchmark: Benchmark, body: pik.Body, count: int) -> None:
     """Farther than the arm: 12 and 20 joints, some of them stiff."""

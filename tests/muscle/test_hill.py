@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import casadi as ca
 import numpy as np
 import pytest
 
@@ -132,3 +133,18 @@ def test_slack_muscles_hang_loose(muscles, law):
     assert np.max((force.force / muscles.peak_force)[loose]) < 0.005
     # de_groote's fibres of 1 µm still stretch across the tendon
     np.testing.assert_allclose((force.passive / muscles.peak_force)[loose], 0.0, atol=1e-6)
+
+
+@pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
+def test_the_laws_of_symbols_are_those_of_numbers(muscles, law):
+    """One formula, two modules: also where fibres hang slack, and where a curve is held at 0."""
+    length, rate, activation = sampled(muscles, seed=6)
+    length[0], rate[1], rate[2] = muscles.slack_length - 0.01, -2.5 * muscles.fastest, 3.0
+    symbols = [ca.SX.sym(name, 25) for name in ("l", "v", "a")]
+    graph = ca.Function("law", symbols, list(law(muscles, *symbols, ca)))
+    found = graph.map(len(length))(length.T, rate.T, activation.T)
+    expected = law(muscles, length, rate, activation)
+    for part, ours, theirs in zip(expected._fields, found, expected, strict=True):
+        whole = np.broadcast_to(theirs, length.shape)
+        scale = np.abs(whole).max()
+        np.testing.assert_allclose(ours.full().T, whole, atol=1e-12 * scale, err_msg=part)

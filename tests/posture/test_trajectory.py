@@ -199,7 +199,7 @@ def question(arm: Trajectory, to_the_cyclic: pik.Problem) -> Question:
     held = np.ones(5, bool)
     most = np.full(7, 10.0)
     return Question(
-        points, parameters, arm.q[0], part.lower, part.upper, most, most, None, (held, held)
+        points, parameters, arm.q[0], part.lower, part.upper, most, most, None, None, (held, held)
     )
 
 
@@ -267,7 +267,7 @@ def test_between_the_points_it_is_one_motion(arm: Trajectory) -> None:
     np.testing.assert_allclose((after.q - before.q) / (2 * step), here.v, atol=5e-3 * fastest)
     np.testing.assert_allclose((after.v - before.v) / (2 * step), here.a, atol=1e-6 * hardest)
     again = arm.at(arm.time[1:])
-    for ours, theirs in zip(again, (arm.q, arm.v, arm.a, arm.tau), strict=True):
+    for ours, theirs in zip(again, (arm.q, arm.v, arm.a, arm.tau, arm.controls), strict=True):
         np.testing.assert_allclose(ours, theirs[1:], atol=1e-9)
 
 

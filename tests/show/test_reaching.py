@@ -4,13 +4,16 @@ import base64
 import re
 from dataclasses import replace
 from html import unescape
+from io import StringIO
 
 import numpy as np
 import pinocchio as pin
 import pytest
 from page_tables import Tables
+from rich.console import Console
 
 from posture_ik.body import build_body
+from posture_ik.muscle import reach as reach_by_muscles
 from posture_ik.posture import Trajectory, reach
 from posture_ik.problem import load_problem
 from posture_ik.show import write_view
@@ -18,7 +21,9 @@ from posture_ik.show.looks import looks_of
 from posture_ik.show.motion_report import render_motion_report
 from posture_ik.show.moving import animation, peak_parts
 from posture_ik.show.played import Sampled
+from posture_ik.show.reaching import activations
 from posture_ik.show.strain import parts_of
+from posture_ik.show.summary import trajectory_record, trajectory_summary
 from posture_ik.show.words import number
 
 
@@ -97,3 +102,29 @@ def test_player_takes_the_hand_to_a_lever_that_stands(found: Trajectory, tmp_pat
     assert 'id="player"' in markup
     assert 'id="loads"' not in markup
     assert "Effort" in markup
+
+
+def test_a_page_of_muscles_says_how_hard_they_work() -> None:
+    """What chart and summaries say is the trajectory's."""
+    sets = ("trajectory.joints=['elbow_flexion_r']", "task=[{ kind = 'hand', side = 'right', "
+            "position = [0.5, -0.16, 0.3], components = ['z'] }]")  # fmt: skip
+    problem = load_problem("reach_activation", sets)
+    found = reach_by_muscles(build_body(problem.subject), problem)
+    page = render_motion_report(found)
+    assert "muscles drive the joints · least activation" in unescape(page)
+    assert "Six checks" in page
+    assert "Muscles beside inverse dynamics" in page
+    assert "those of the joints that move are left out" in page
+    chart = activations(found)["data"][0]
+    assert found.actuators is not None
+    peaks = dict(zip(found.actuators.names, found.activation.max(axis=0), strict=True))
+    assert chart["y"] == sorted((name for name in peaks if peaks[name] > 0.005), key=peaks.get)
+    assert max(chart["z"][-1]) == max(peaks.values())
+    hardest = max(peaks, key=lambda name: peaks[name])
+    assert f"The hardest working is {hardest}, at {number(100 * peaks[hardest])} %" in page
+    record = trajectory_record(found)
+    assert record["peak_activation"] == pytest.approx(peaks)
+    assert record["imbalance"] == found.imbalance
+    console = Console(width=120, file=StringIO())
+    console.print(trajectory_summary(found))
+    assert f"{hardest} {peaks[hardest]:.2g}" in console.file.getvalue()
