@@ -98,7 +98,7 @@ class Activity:
     demand: Array
     passive: Array
     hand_force: Array
-    recruitments: tuple[tuple[Recruitment, Recruitment], ...]
+    recruitments: tuple[tuple[Recruitment, ...], ...]
     outside: tuple[str, ...]
 
     @property
@@ -257,61 +257,61 @@ def solve_activation(body: Body, posture: Posture | Motion, problem: Problem) ->
         "fatigue": None,
         "volume": volumes(muscles.peak_force, muscles.optimal_length),
     }[asked.cost]
-    law, rows = LAWS[asked.law], paths.rows
-    resting = set(ARMS) - {task.side for task in problem.task if isinstance(task, Hand)}
-    resting -= set(asked.hand_force)
-    lengths, rates, forces, demands, passives, loads, recruitments = ([] for _ in range(7))
-    outside: dict[str, None] = {}
-    start: tuple[Recruitment | None, Recruitment | None] = (None, None)
+    rows = paths.rows
+    found = [paths.evaluate(each) for each in q]
+    length, jacobian = (np.array(part) for part in zip(*found, strict=True))
+    rate = (jacobian @ v[:, rows, None])[..., 0]
+    # All are affine in the activation: at rest they tell what is passive and what one would add.
+    rest = LAWS[asked.law](muscles, length, rate, np.zeros_like(length))
+    passive = -(rest.passive[:, None] @ jacobian)[:, 0]
+    capacity = -jacobian.swapaxes(1, 2) * rest.d_activation[:, None]
+
+    demand, loads = np.empty((len(q), len(rows))), np.empty((len(q), len(ARMS), 3))
     for k in range(len(q)):
-        length, jacobian = paths.evaluate(q[k])
-        rate = jacobian @ v[k, rows]
         torque = pin.rnea(model, data, q[k], v[k], a[k])
-        load = _hand_loads(shown.body, data, q[k], v[k], torque, problem, asked)
-        demand = torque[rows].copy()
-        for side, force in zip(ARMS, load, strict=True):
+        loads[k] = _hand_loads(shown.body, data, q[k], v[k], torque, problem, asked)
+        demand[k] = torque[rows]
+        for side, force in zip(ARMS, loads[k], strict=True):
             if force.any():
-                demand -= _jacobian(shown.body, data, q[k], f"grip_{side[0]}")[:3, rows].T @ force
-        none = law(muscles, length, rate, np.zeros_like(length))
-        passive = -jacobian.T @ none.passive
-        capacity = -jacobian.T * none.d_activation
-        for side in resting:
-            demand[ARMS[side][1]] = passive[ARMS[side][1]]
-        arms = []
-        for (here, joints), before in zip(ARMS.values(), start, strict=True):
-            arms.append(
+                reach = _jacobian(shown.body, data, q[k], f"grip_{side[0]}")[:3, rows]
+                demand[k] -= reach.T @ force
+    holding = {task.side for task in problem.task if isinstance(task, Hand)}
+    for side, (_, joints) in ARMS.items():
+        if side not in holding | set(asked.hand_force):
+            demand[:, joints] = passive[:, joints]
+
+    by_arm: list[list[Recruitment]] = []
+    for here, joints in ARMS.values():
+        own = np.ascontiguousarray(capacity[:, joints, here])
+        asked_of = (demand - passive)[:, joints]
+        arm: list[Recruitment] = []
+        for k in range(len(q)):
+            arm.append(
                 recruit(
-                    np.ascontiguousarray(capacity[joints, here]),
-                    (demand - passive)[joints],
+                    own[k],
+                    asked_of[k],
                     None if weights is None else weights[here],
                     level=asked.co_contraction,
                     evenly=asked.cost == "fatigue",
-                    start=before,
+                    start=arm[-1] if arm else None,
                 )
             )
-        start = (arms[0], arms[1])
-        activation = np.concatenate([arm.activation for arm in arms])
-        lengths.append(length)
-        rates.append(rate)
-        forces.append(none.passive + activation * none.d_activation)
-        demands.append(demand)
-        passives.append(passive)
-        loads.append(load)
-        recruitments.append(start)
-        outside |= dict.fromkeys(paths.outside(q[k]))
+        by_arm.append(arm)
+    recruitments = tuple(zip(*by_arm, strict=True))
+    activation = _both([[r.activation for r in arms] for arms in recruitments])
     return Activity(
         shown=shown,
         asked=asked,
         muscles=muscles,
         paths=paths,
-        length=np.array(lengths),
-        rate=np.array(rates),
-        force=np.array(forces),
-        demand=np.array(demands),
-        passive=np.array(passives),
-        hand_force=np.array(loads),
-        recruitments=tuple(recruitments),
-        outside=tuple(outside),
+        length=length,
+        rate=rate,
+        force=rest.passive + activation * rest.d_activation,
+        demand=demand,
+        passive=passive,
+        hand_force=loads,
+        recruitments=recruitments,
+        outside=tuple(dict.fromkeys(dof for each in q for dof in paths.outside(each))),
     )
 
 

@@ -142,7 +142,7 @@ def test_weight_and_load_stiffen_as_their_torque_changes(body: pik.Body) -> None
 
 def test_stiffness_is_the_slope_of_the_torque_at_fixed_activation(body: pik.Body) -> None:
     """K of `hold` against central differences of -Lᵀ f along the paths, 1e-5 of the largest."""
-    activity = held(body, "pilot")
+    activity = held(body, "pilot", "activation.short_range=false")
     law, muscles, paths = LAWS["pennestri"], activity.muscles, activity.paths
 
     def torque(q: np.ndarray) -> np.ndarray:
