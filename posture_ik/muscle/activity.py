@@ -278,13 +278,13 @@ def solve_activation(body: Body, posture: Posture | Motion, problem: Problem) ->
         for side in resting:
             demand[ARMS[side][1]] = passive[ARMS[side][1]]
         arms = []
-        for (here, joints), before in zip(ARMS.values(), start, strict=True):
+        for (side, (here, joints)), before in zip(ARMS.items(), start, strict=True):
             arms.append(
                 recruit(
                     np.ascontiguousarray(capacity[joints, here]),
                     (demand - passive)[joints],
                     None if weights is None else weights[here],
-                    level=asked.co_contraction,
+                    level=0.0 if side in resting else asked.co_contraction,
                     evenly=asked.cost == "fatigue",
                     start=before,
                 )
