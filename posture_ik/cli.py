@@ -82,7 +82,7 @@ def run(
             if stated.motion or stated.trajectory:
                 progress.update(step, description="moving")
             moving = _moving(body, stated, quiet=True)
-            if stated.activation:
+            if stated.activation and not stated.trajectory:
                 progress.update(step, description="activating the muscles")
             activity = _activity(posture, moving)
             progress.update(step, description="writing the results")
@@ -263,8 +263,8 @@ def _activate(body: Body, problem: Problem, quiet: bool) -> Activity:
 def _activity(posture: Posture, moving: Motion | Trajectory | None) -> Activity | None:
     """What the muscles do, if a problem asks for it."""
     problem = posture.problem
-    if problem.activation is None:
-        return None
+    if problem.activation is None or problem.trajectory is not None:
+        return None  # a reach tells its own
     shown = moving if isinstance(moving, Motion) else posture
     return solve_activation(posture.body, shown, problem)
 

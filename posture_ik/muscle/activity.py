@@ -276,12 +276,12 @@ def solve_activation(body: Body, posture: Posture | Motion, problem: Problem) ->
                 reach = _jacobian(shown.body, data, q[k], f"grip_{side[0]}")[:3, rows]
                 demand[k] -= reach.T @ force
     holding = {task.side for task in problem.task if isinstance(task, Hand)}
-    for side, (_, joints) in ARMS.items():
-        if side not in holding | set(asked.hand_force):
-            demand[:, joints] = passive[:, joints]
+    resting = set(ARMS) - holding - set(asked.hand_force)
+    for side in resting:
+        demand[:, ARMS[side][1]] = passive[:, ARMS[side][1]]
 
     by_arm: list[list[Recruitment]] = []
-    for here, joints in ARMS.values():
+    for side, (here, joints) in ARMS.items():
         own = np.ascontiguousarray(capacity[:, joints, here])
         asked_of = (demand - passive)[:, joints]
         arm: list[Recruitment] = []
@@ -291,7 +291,7 @@ def solve_activation(body: Body, posture: Posture | Motion, problem: Problem) ->
                     own[k],
                     asked_of[k],
                     None if weights is None else weights[here],
-                    level=asked.co_contraction,
+                    level=0.0 if side in resting else asked.co_contraction,
                     evenly=asked.cost == "fatigue",
                     start=arm[-1] if arm else None,
                 )

@@ -399,9 +399,10 @@ class Problem(Block):
                 "a problem has [motion], that follows signals, or [trajectory], that finds its "
                 "own way, not both"
             )
-        if self.activation and self.trajectory:
+        if self.activation and self.trajectory and self.trajectory.cost != "activation":
             raise ValueError(
-                "[activation] is of a posture or of a [motion], not of a [trajectory]; leave it out"
+                "[activation] says how muscles share the work, and no muscle drives a [trajectory] "
+                f'of cost = "{self.trajectory.cost}"; leave it out, or take cost = "activation"'
             )
         return self
 

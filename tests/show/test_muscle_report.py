@@ -165,6 +165,12 @@ def test_an_arm_that_holds_nothing_is_left_out(raising: Activity) -> None:
     assert f"at {raising.time[hardest(raising)]:.2f} s, the instant of greatest effort" in page
 
 
+def test_an_arm_that_rests_does_not_co_contract() -> None:
+    tense = solved("pilot_collective", "activation.co_contraction=0.2")
+    assert tense.activation[:, :25].max() < 1e-9
+    assert tense.activation[:, 25:].mean() > 0.1
+
+
 def test_arms_that_both_rest_make_a_page_too() -> None:
     page = render_activation_report(solved("upright"))
     assert "Neither arm holds anything" in page
