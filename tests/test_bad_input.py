@@ -228,7 +228,7 @@ BAD = {
     ),
     "muscles of a trajectory": (
         changed('activation.law="pennestri"', name="reach_cyclic"),
-        r"\[activation\] is of a posture or of a \[motion\], not of a \[trajectory\]",
+        r'no muscle drives a \[trajectory\] of cost = "effort"; leave it out',
     ),
     "muscles of a missing arm": (
         lambda folder: [

@@ -8,8 +8,8 @@ import casadi as ca
 
 from posture_ik.arrays import Array
 
-#: What a reserve torque costs beside the activations squared, 1/(N m)²: where muscles suffice, a
-#: torque is worth about 0.01 a N m, and the reserve that it buys is 0.1 mN m.
+#: What a reserve torque costs beside the activations squared, 1/(N m)²: where muscles suffice, one
+#: more N m costs 0.2 at most, for which the reserve gives 0.01 mN m.
 RESERVE_PRICE = 1e4
 
 

@@ -195,6 +195,8 @@ _AT_WILL = (
     "muscles would; they can change at once, as muscles cannot.",
 )
 _BY_MUSCLES = (
+    "What acceleration costs beside the activations is a choice, and shapes the motion of light "
+    "joints.",
     "Tendons are rigid, and no ligament holds a joint at the end of its range.",
     "A reserve torque stands by at every joint, priced so that it is next to nothing where muscles "
     "are strong enough.",
