@@ -1,3 +1,8 @@
+// Draws a chart in the element of this id, anew where there was one.
+function plot(name, { data, layout }) {
+  Plotly.react(name, data, layout, { responsive: true, displayModeBar: false });
+}
+
 // Buttons for the names in a choice; the one pressed before stays where it can.
 function choose(id, names, then) {
   const row = document.getElementById(id);
