@@ -107,10 +107,43 @@ class Subject(Block):
         return self.weight / self.stature**2
 
 
+class RigidBack(Block):
+    """A backrest that the back touches and slides along: nothing else of its mean motion is left.
+
+    The mean motion of `bodies` (an RBE3 average) is taken at a point 0.1 m behind T7. Along the
+    back it is free, or held by a spring (N/m) and a damper (N s/m).
+    """
+
+    kind: Literal["rigid"] = "rigid"
+    bodies: Bodies = _expand_bodies("T1-T10")
+    tangential_stiffness: float = Field(0.0, ge=0.0)
+    tangential_damping: float = Field(0.0, ge=0.0)
+
+
+class FoamBack(Block):
+    """A backrest of foam: a spring (N/m) and a damper (N s/m) behind the mean of `bodies`.
+
+    They act square to the back at a point 0.1 m behind T7, and others along it where asked. The
+    values are those of Toward & Griffin's foam.
+    """
+
+    kind: Literal["foam"] = "foam"
+    bodies: Bodies = _expand_bodies("T1-T10")
+    stiffness: float = Field(21e3, gt=0.0)
+    damping: float = Field(109.0, ge=0.0)
+    tangential_stiffness: float = Field(0.0, ge=0.0)
+    tangential_damping: float = Field(0.0, ge=0.0)
+
+
 class Seat(Block):
-    """Where: the backrest's angle from the vertical, positive backwards, turned about the seat."""
+    """Where one sits.
+
+    `recline_deg`: the backrest's angle from the vertical, positive backwards, turned about the
+    seat. `backrest`: what the back meets when it vibrates; nothing if not given.
+    """
 
     recline_deg: float = Field(0.0, ge=-45.0, le=90.0)
+    backrest: Annotated[RigidBack | FoamBack, Field(discriminator="kind")] | None = None
 
 
 class Gaze(Block):
@@ -370,6 +403,52 @@ class TrajectoryBlock(Block):
         return self
 
 
+def _read_model(value: Any) -> Any:
+    if value in ("multibody", "finite_element") or str(value).startswith("lumped:"):
+        return value
+    raise ValueError('write "multibody", "finite_element" or "lumped:" and the name of a model')
+
+
+class FrequencyBlock(Block):
+    """Frequencies from `start` to `stop` in equal steps, Hz."""
+
+    start: float = Field(0.1, gt=0.0)
+    stop: float = Field(20.0, gt=0.0, le=1000.0)
+    step: float = Field(0.05, gt=0.0)
+
+    @model_validator(mode="after")
+    def _ascend(self) -> FrequencyBlock:
+        if self.stop < self.start:
+            raise ValueError(f"stop {self.stop:g} Hz lies below start {self.start:g} Hz")
+        if (self.stop - self.start) / self.step > 1e5:
+            raise ValueError(f"a step of {self.step:g} Hz makes more than 100,000 frequencies")
+        return self
+
+    @property
+    def values(self) -> Array:
+        """The frequencies, (F,), Hz."""
+        count = int(np.floor((self.stop - self.start) / self.step + 1e-9)) + 1
+        values: Array = self.start + self.step * np.arange(float(count))
+        return values
+
+
+class VibrationBlock(Block):
+    """How the person vibrates about the posture.
+
+    `input`: what moves: the seat with all that stands on it, or the backrest alone. `gravity`:
+    count the stiffness, negative for what stands, of the weight; `prestress`: that of the forces
+    with which the tasks hold the posture. The source counts neither. `grip`: whether a hand keeps
+    hold of the lever it is on; what the other tasks hold is let go.
+    """
+
+    model: Annotated[str, BeforeValidator(_read_model)] = "multibody"
+    input: Literal["seat", "backrest"] = "seat"
+    frequencies: FrequencyBlock = FrequencyBlock()
+    gravity: bool = False
+    prestress: bool = False
+    grip: bool = True
+
+
 class Problem(Block):
     """A whole problem: who, where, what is held, how it is solved, and how it moves if it does."""
 
@@ -382,6 +461,7 @@ class Problem(Block):
     motion: MotionBlock | None = None
     trajectory: TrajectoryBlock | None = None
     activation: ActivationBlock | None = None
+    vibration: VibrationBlock | None = None
 
     @model_validator(mode="after")
     def _moves_one_way(self) -> Problem:

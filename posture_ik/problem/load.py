@@ -14,7 +14,9 @@ from posture_ik.problem.blocks import (
     ActivationBlock,
     Backrest,
     BackrestContact,
+    FoamBack,
     Frame,
+    FrequencyBlock,
     Gaze,
     Hand,
     Head,
@@ -24,9 +26,11 @@ from posture_ik.problem.blocks import (
     PostureBlock,
     Problem,
     Reflex,
+    RigidBack,
     Seat,
     Subject,
     TrajectoryBlock,
+    VibrationBlock,
 )
 from posture_ik.resources import resource
 
@@ -141,7 +145,8 @@ def _one_sentence(error: ValidationError, data: dict[str, Any]) -> str:
             return f"{place} needs a kind, one of {first['ctx'].get('expected_tags', _KINDS)}"
         case "union_tag_invalid":
             tag = first["ctx"]["tag"]
-            return f"{place}: no task is of kind {tag!r}; {nearest(tag, _TASKS)}"
+            what, kinds = ("backrest", _BACKS) if "backrest" in place else ("task", _TASKS)
+            return f"{place}: no {what} is of kind {tag!r}; {nearest(tag, kinds)}"
         case "model_type" | "model_attributes_type" | "dict_type":
             return f"{place} is {value!r}, but must be a block of keys"
     if isinstance(value, (dict, BaseModel)):
@@ -154,6 +159,7 @@ _TASKS: dict[str, type[Block]] = {
     for cls in (Head, Backrest, BackrestContact, Pelvis, Hand, Frame)
 }
 _KINDS = ", ".join(_TASKS)
+_BACKS: dict[str, type[Block]] = {"rigid": RigidBack, "foam": FoamBack}
 _BLOCKS: dict[str, type[Block]] = {
     "subject": Subject,
     "seat": Seat,
@@ -163,6 +169,8 @@ _BLOCKS: dict[str, type[Block]] = {
     "activation": ActivationBlock,
     "reflex": Reflex,
     "trajectory": TrajectoryBlock,
+    "vibration": VibrationBlock,
+    "frequencies": FrequencyBlock,
 }
 
 
@@ -179,6 +187,8 @@ def _place(loc: tuple[int | str, ...], data: dict[str, Any]) -> tuple[str, type[
         elif step in _TASKS and words and words[-1].startswith(("task ", "along ")):
             model = _TASKS[step]
             words[-1] += f" ({step})"
+        elif step in _BACKS and words[-1:] == ["backrest"]:
+            model = _BACKS[step]
         elif step.startswith(("literal[", "tuple[", "function-", "dict[", "float", "int")):
             continue
         elif words == ["lever"]:

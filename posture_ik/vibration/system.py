@@ -10,9 +10,17 @@ dampers (B_1) and what rides on it (B_2), and because accelerations and forces a
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
 
 from posture_ik.arrays import Array
+from posture_ik.errors import PostureIKError, nearest
+
+#: Arrays of complex numbers, in double precision.
+Complex: TypeAlias = npt.NDArray[np.complex128]
 
 
 class Port(NamedTuple):
@@ -43,3 +51,35 @@ class LinearSystem(NamedTuple):
     B: Array
     Y: Array
     D: Array
+
+    def of(self, inputs: Sequence[str], outputs: Sequence[str]) -> LinearSystem:
+        """The same model seen through some of its ports, in the order named.
+
+        A name that is no port's own stands for all that begin with it: `seat` for `seat x` to
+        `seat rz`.
+
+        Raises:
+            PostureIKError: no port is called so.
+        """
+        ins, outs = _found(self.inputs, inputs, "input"), _found(self.outputs, outputs, "output")
+        return self._replace(
+            inputs=tuple(self.inputs[i] for i in ins),
+            outputs=tuple(self.outputs[i] for i in outs),
+            B=self.B[:, :, ins],
+            Y=self.Y[:, outs],
+            D=self.D[:, outs][:, :, ins],
+        )
+
+
+def _found(ports: Sequence[Port], names: Sequence[str], kind: str) -> list[int]:
+    known = [port.name for port in ports]
+    found: list[int] = []
+    for name in names:
+        if name in known:
+            found.append(known.index(name))
+            continue
+        group = [i for i, port in enumerate(known) if port.startswith(f"{name} ")]
+        if not group:
+            raise PostureIKError(f"the model has no {kind} called {name!r}; {nearest(name, known)}")
+        found += group
+    return found
