@@ -32,7 +32,7 @@ import numpy.typing as npt
 import pinocchio as pin
 from scipy.linalg import qr
 
-from posture_ik.arrays import Array, call
+from posture_ik.arrays import Array, call, one_thread
 from posture_ik.body import Body
 from posture_ik.body.levers import with_levers
 from posture_ik.errors import PostureIKError, nearest
@@ -78,6 +78,12 @@ def linearise(
     """
     if with_levers(body, problem.lever) is not posture.body:
         raise PostureIKError("vibration: the posture is of another body; solve it for this one.")
+    with one_thread():
+        assembly = _assembled(posture, problem)
+        return _system(assembly, _frames(assembly, frames), forces)
+
+
+def _assembled(posture: Posture, problem: Problem) -> _Assembly:
     assembly = _Assembly.of(posture, problem)
     block = problem.vibration or VibrationBlock()
     if block.prestress:
@@ -88,7 +94,7 @@ def linearise(
         assembly.lean(problem)
     if block.grip:
         assembly.grip(posture)
-    return _system(assembly, _frames(assembly, frames), forces)
+    return assembly
 
 
 @dataclass(eq=False)

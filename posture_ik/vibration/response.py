@@ -287,25 +287,27 @@ def _modal(system: LinearSystem, s: Complex) -> Complex:
 
 def _schur(system: LinearSystem, s: Complex) -> Complex:
     n = len(system.mass)
-    unit = np.sqrt(
-        float(np.linalg.norm(system.stiffness)) / (float(np.linalg.norm(system.mass)) or 1.0)
-    )
+    # In a unit of time and of each coordinate in which no number is far from 1.
+    pace = float(np.mean(np.abs(s)))
+    weight = pace**2 * np.diag(system.mass) + np.abs(np.diag(system.stiffness))
+    unit = 1.0 / np.sqrt(np.where(weight > 0.0, weight, 1.0))
+    mass, damping, stiffness = (np.outer(unit, unit) * part for part in system[1:4])
     zero, eye = np.zeros((n, n)), np.eye(n)
-    A = np.block([[zero, unit * eye], [-system.stiffness / unit, -system.damping]])
-    E = np.block([[eye, zero], [zero, system.mass]])
+    A = np.block([[zero, eye], [-stiffness, -pace * damping]])
+    E = np.block([[eye, zero], [zero, pace**2 * mass]])
     AA, EE, Q, Z = qz(A, E, output="complex")
-    driven = _powers(s, system.B)  # (F, n, p)
+    driven = unit[:, None] * _powers(s, system.B)  # (F, n, p)
     right = (Q[n:].conj().T @ driven.swapaxes(0, 1).reshape(n, -1)).reshape(2 * n, len(s), -1)
-    X = np.empty_like(right)
+    X, paces = np.empty_like(right), (s / pace)[:, None]
     for stop in range(2 * n, 0, -_BLOCK):
         at, behind = slice(max(stop - _BLOCK, 0), stop), slice(stop, 2 * n)
         size = at.stop - at.start
         rest = X[behind].reshape(2 * n - stop, len(s) * X.shape[2])
         known = right[at] + (AA[at, behind] @ rest).reshape(size, len(s), -1)
-        known -= s[:, None] * (EE[at, behind] @ rest).reshape(size, len(s), -1)
-        diagonal = s[:, None, None] * EE[at, at] - AA[at, at]
+        known -= paces * (EE[at, behind] @ rest).reshape(size, len(s), -1)
+        diagonal = paces[:, None] * EE[at, at] - AA[at, at]
         X[at] = np.linalg.solve(diagonal, known.swapaxes(0, 1)).swapaxes(0, 1)
-    return _read(system, s, Z[:n] @ X.reshape(2 * n, -1) / unit)
+    return _read(system, s, unit[:, None] * (Z[:n] @ X.reshape(2 * n, -1)))
 
 
 _WAYS = {"modal": _modal, "schur": _schur, "direct": _direct}
