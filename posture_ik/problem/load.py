@@ -141,11 +141,11 @@ def _one_sentence(error: ValidationError, data: dict[str, Any]) -> str:
             return f"{place} is not a known key; {nearest(key, model.model_fields)}"
         case "missing":
             return f"{place} is missing"
-        case "union_tag_not_found":
-            return f"{place} needs a kind, one of {first['ctx'].get('expected_tags', _KINDS)}"
-        case "union_tag_invalid":
+        case "union_tag_not_found" | "union_tag_invalid":
+            what, kinds = ("backrest", _BACKS) if place == "seat.backrest" else ("task", _TASKS)
+            if first["type"] == "union_tag_not_found":
+                return f"{place} needs a kind, one of {', '.join(kinds)}"
             tag = first["ctx"]["tag"]
-            what, kinds = ("backrest", _BACKS) if "backrest" in place else ("task", _TASKS)
             return f"{place}: no {what} is of kind {tag!r}; {nearest(tag, kinds)}"
         case "model_type" | "model_attributes_type" | "dict_type":
             return f"{place} is {value!r}, but must be a block of keys"
@@ -158,7 +158,6 @@ _TASKS: dict[str, type[Block]] = {
     cls.model_fields["kind"].default: cls
     for cls in (Head, Backrest, BackrestContact, Pelvis, Hand, Frame)
 }
-_KINDS = ", ".join(_TASKS)
 _BACKS: dict[str, type[Block]] = {"rigid": RigidBack, "foam": FoamBack}
 _BLOCKS: dict[str, type[Block]] = {
     "subject": Subject,
