@@ -9,7 +9,6 @@ from posture_ik.problem.blocks import (
     Component,
     FoamBack,
     Frame,
-    FrequencyBlock,
     Gaze,
     Hand,
     Head,
@@ -23,11 +22,11 @@ from posture_ik.problem.blocks import (
     Subject,
     Task,
     TrajectoryBlock,
-    VibrationBlock,
     task_label,
 )
 from posture_ik.problem.load import example_problems, load_problem
 from posture_ik.problem.paths import number_at, with_numbers
+from posture_ik.problem.vibration import FrequencyBlock, VibrationBlock
 
 __all__ = [
     "COMPONENTS",

@@ -16,7 +16,6 @@ from posture_ik.problem.blocks import (
     BackrestContact,
     FoamBack,
     Frame,
-    FrequencyBlock,
     Gaze,
     Hand,
     Head,
@@ -30,8 +29,8 @@ from posture_ik.problem.blocks import (
     Seat,
     Subject,
     TrajectoryBlock,
-    VibrationBlock,
 )
+from posture_ik.problem.vibration import FrequencyBlock, VibrationBlock
 from posture_ik.resources import resource
 
 

@@ -44,7 +44,7 @@ from posture_ik.vibration.person import MOTIONS, Person
 from posture_ik.vibration.system import LinearSystem, Port
 
 _PER_MOTION = tuple("rad" if motion.startswith("r") else "m" for motion in MOTIONS)
-_FORCES = (*(f"force {axis}" for axis in "xyz"), *(f"moment {axis}" for axis in "xyz"))
+_FORCES = tuple(f"force {motion}" for motion in MOTIONS)
 _PER_FORCE = ("N", "N", "N", "N m", "N m", "N m")
 _RATES = (("", ""), ("velocity ", "/s"), ("acceleration ", "/s²"))
 
@@ -70,7 +70,7 @@ def linearise(
         The model. Inputs: `seat x` to `seat rz`, and likewise `backrest` and each lever (its
         pivot) that is held or follows; then forces. Outputs: motions; then of each of these the
         force and moment with which it acts on the person or lever, `seat force x` to
-        `seat moment z`; and `total`, of all that moves with the seat, at the seat's origin.
+        `seat force rz`; and `total`, of all that moves with the seat, at the seat's origin.
 
     Raises:
         PostureIKError: the posture is of another body, a link is not the body's, or what is held

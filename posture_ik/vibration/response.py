@@ -38,7 +38,6 @@ _CHECKS = 5
 _BLOCK = 8
 _AXES = tuple("xyz")
 _MOTIONS = ("x", "y", "z", "rx", "ry", "rz")
-_FORCES = (*(f"force {axis}" for axis in _AXES), *(f"moment {axis}" for axis in _AXES))
 
 
 def frequency_response(
@@ -89,13 +88,12 @@ def frequency_response(
         attrs={"method": used, "miss": miss},
     )
     known = {}
-    if _places(data, "Head", _AXES, "output") and _places(data, "seat", _AXES, "input"):
+    if _seen(data, "Head") and _places(data, "seat", _AXES, "input"):
         known["stht"] = transmissibility(data)
-    if _places(data, "seat", _FORCES, "output") and _places(data, "seat", _MOTIONS, "input"):
+    if _places(data, "seat force", _MOTIONS, "output") and _places(data, "seat", _MOTIONS, "input"):
         known["apparent_mass"] = apparent_mass(data)
         known["impedance"] = impedance(data)
-        if not _opposed(known["apparent_mass"]).isdisjoint(known["apparent_mass"]["motion"].values):
-            known["absorbed_power"] = absorbed_power(data)
+        known["absorbed_power"] = absorbed_power(data)
     return data.assign(known)
 
 
@@ -107,7 +105,8 @@ def transmissibility(data: xr.Dataset, frame: str = "Head", base: str = "seat") 
     Raises:
         PostureIKError: the response lacks the link or what moves it.
     """
-    return _part(data, (frame, _AXES), (base, _AXES), ("to", "from"), 0, "1", "transmissibility")
+    of, power = _seen(data, frame) or (frame, 0)
+    return _part(data, (of, _AXES), (base, _AXES), ("to", "from"), power, "1", "transmissibility")
 
 
 def apparent_mass(data: xr.Dataset, at: str = "seat", base: str = "seat") -> xr.DataArray:
@@ -118,39 +117,42 @@ def apparent_mass(data: xr.Dataset, at: str = "seat", base: str = "seat") -> xr.
     Raises:
         PostureIKError: the response lacks the interface or what moves.
     """
-    unit, ports = "kg, kg m or kg m²", ("force", "motion")
-    return _part(data, (at, _FORCES), (base, _MOTIONS), ports, -2, unit, "apparent mass")
+    unit, dims = "kg, kg m or kg m²", ("force", "motion")
+    force, motion = (f"{at} force", _MOTIONS), (base, _MOTIONS)
+    return _part(data, force, motion, dims, -2, unit, "apparent mass")
 
 
 def impedance(data: xr.Dataset, at: str = "seat", base: str = "seat") -> xr.DataArray:
-    """Force at an interface over velocity, as `apparent_mass`; N s/m, N s or N m s."""
-    unit, ports = "N s/m, N s or N m s", ("force", "motion")
-    return _part(data, (at, _FORCES), (base, _MOTIONS), ports, -1, unit, "mechanical impedance")
+    """Force at an interface over velocity, as `apparent_mass`; N s/m, N s or N m s.
+
+    Raises:
+        PostureIKError: the response lacks the interface or what moves.
+    """
+    unit, dims = "N s/m, N s or N m s", ("force", "motion")
+    force, motion = (f"{at} force", _MOTIONS), (base, _MOTIONS)
+    return _part(data, force, motion, dims, -1, unit, "mechanical impedance")
 
 
 def absorbed_power(data: xr.Dataset, base: str = "seat") -> xr.DataArray:
-    """Mean power that a motion feeds into the person, (frequency, motion), never negative.
+    """Mean power that a motion feeds into the person, (frequency, opposed), never negative.
 
     For an acceleration of 1 m/s² or rad/s² RMS along one motion: -Im(apparent mass) / ω, W, the
-    apparent mass that of all that moves along (`total`, else the interface itself).
+    apparent mass that of all that moves along (`total`, else the interface itself). Motions whose
+    opposing force is not in the response are left out.
 
     Raises:
-        PostureIKError: the response lacks the force against every motion.
+        PostureIKError: the response lacks the interface or what moves.
     """
-    at = "total" if base == "seat" and _places(data, "total", _FORCES, "output") else base
-    mass = apparent_mass(data, at, base)
+    whole = base == "seat" and _places(data, "total force", _MOTIONS, "output")
+    mass = apparent_mass(data, "total" if whole else base, base)
     forces, motions = list(mass["force"].values), list(mass["motion"].values)
-    against = dict(zip(_MOTIONS, _FORCES, strict=True))
-    pairs = [(motion, against[motion]) for motion in motions if against[motion] in forces]
-    if not pairs:
-        raise PostureIKError(f"response: no motion of {base} has the force against it beside it.")
-    rows = [forces.index(force) for _, force in pairs]
-    columns = [motions.index(motion) for motion, _ in pairs]
+    both = [motion for motion in motions if motion in forces]
+    rows, columns = ([names.index(motion) for motion in both] for names in (forces, motions))
     lost = -mass.values[:, rows, columns].imag
     return xr.DataArray(
         lost / (2 * np.pi * data["frequency"].values[:, None]),
-        dims=("frequency", "motion"),
-        coords={"motion": [motion for motion, _ in pairs]},
+        dims=("frequency", "opposed"),
+        coords={"opposed": both},
         attrs={"units": "W per (m/s²)² or (rad/s²)²", "long_name": "absorbed power"},
     )
 
@@ -182,9 +184,12 @@ def _places(data: xr.Dataset, of: str, kinds: Sequence[str], port: str) -> dict[
     return {kind: place[f"{of} {kind}"] for kind in kinds if f"{of} {kind}" in place}
 
 
-def _opposed(mass: xr.DataArray) -> set[str]:
-    """The motions against which an apparent mass holds the force."""
-    return {_MOTIONS[_FORCES.index(force)] for force in mass["force"].values}
+def _seen(data: xr.Dataset, frame: str) -> tuple[str, int] | None:
+    """As what a link's motion is in the response: its position, or its acceleration over s²."""
+    for of, power in ((frame, 0), (f"{frame} acceleration", -2)):
+        if _places(data, of, _AXES, "output"):
+            return of, power
+    return None
 
 
 def _part(
