@@ -13,6 +13,7 @@ from scipy import signal
 import posture_ik as pik
 from posture_ik.errors import BadProblem, PostureIKError
 from posture_ik.vibration import LinearSystem, Port
+from posture_ik.vibration.backrest import mean_motion, rigid_motion
 from posture_ik.vibration.person import Person
 
 Models = Any  # of conftest.py
@@ -293,3 +294,59 @@ def test_bad_models_and_questions() -> None:
     data = pik.frequency_response(chain(ONE), [1.0])
     with pytest.raises(PostureIKError, match="it has no T7"):
         pik.transmissibility(data, "T7")
+
+
+# What is held moves as what holds it
+
+
+def test_a_hand_goes_where_its_lever_goes(models: Models) -> None:
+    """On a lever that stands: with the pivot, and with the seat that carries the pivot."""
+    posture, _ = models.solved("pilot_cyclic")
+    system = models("pilot_cyclic", "seat.backrest.kind=foam")
+    grip = [f"grip_r {axis}" for axis in "xyz"]
+    data = pik.frequency_response(system.of(["seat", "lever_cyclic"], grip), [0.7, 9.0])
+    place = posture.frames["grip_r"].translation
+    pivot = np.array(posture.problem.lever["cyclic"].pivot)
+    for base, arm in (("seat", place), ("lever_cyclic", place - pivot)):
+        turn = np.array([[0, arm[2], -arm[1]], [-arm[2], 0, arm[0]], [arm[1], -arm[0], 0]])
+        got = data.response.sel(input=[f"{base} {m}" for m in ("x", "y", "z", "rx", "ry", "rz")])
+        np.testing.assert_allclose(got.values, [np.hstack([np.eye(3), turn])] * 2, atol=1e-8)
+
+
+def test_the_back_goes_where_a_rigid_backrest_goes(models: Models) -> None:
+    """The mean motion of T1 to T10, along the backrest's axes, but for the slide."""
+    settings = ("seat.backrest.kind=rigid",)
+    posture, problem = models.solved("reclined_15", *settings)
+    bodies = problem.seat.backrest.bodies
+    system = pik.linearise(models.body, posture, problem, frames=bodies)
+    motions = [f"{name} {m}" for name in bodies for m in ("x", "y", "z", "rx", "ry", "rz")]
+    data = pik.frequency_response(system.of(["backrest", "seat"], motions), [0.7, 9.0])
+    tilt = np.radians(15.0)
+    axes = np.array([[np.cos(tilt), 0, -np.sin(tilt)], [0, 1, 0], [np.sin(tilt), 0, np.cos(tilt)]])
+    point = posture.frames["T7"].translation - 0.1 * axes[:, 0]
+    mean = mean_motion([posture.frames[name].translation for name in bodies], point)
+    along = np.kron(np.eye(2), axes.T)
+    rows = [0, 1, 3, 4, 5]
+    got = (along @ mean @ data.response.values)[:, rows]
+    expected = np.hstack([np.eye(6), along @ rigid_motion(point)])[rows]
+    np.testing.assert_allclose(got, [expected] * 2, atol=1e-8)
+
+
+def test_accelerations_tell_the_same_transmissibility() -> None:
+    system = chain(*TWO)
+    rates = np.zeros_like(system.Y), np.zeros_like(system.D)
+    for swift, slow in zip(rates, (system.Y, system.D), strict=True):
+        swift[2, 0] = slow[0, 0]
+    swift_system = system._replace(
+        outputs=(Port("Head acceleration z", "m/s²"), system.outputs[1]), Y=rates[0], D=rates[1]
+    )
+    ours = pik.frequency_response(swift_system, FREQUENCIES).stht.values
+    expected = pik.frequency_response(system, FREQUENCIES).stht.values
+    np.testing.assert_allclose(ours, expected, rtol=1e-9)
+
+
+def test_the_grid_of_a_problem() -> None:
+    block = pik.VibrationBlock().frequencies
+    assert len(block.values) == 399
+    assert block.values[0] == 0.1
+    assert block.values[-1] == pytest.approx(20.0, abs=1e-12)
