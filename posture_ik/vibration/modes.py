@@ -16,7 +16,7 @@ from scipy.linalg import eig, eigh
 
 from posture_ik.arrays import Array, one_thread
 from posture_ik.errors import PostureIKError
-from posture_ik.vibration.system import Complex, LinearSystem
+from posture_ik.vibration.system import Complex, LinearSystem, rounding
 from posture_ik.vibration.words import is_odd, told
 
 #: A mode's share that must be even (or odd) to call it symmetric (anti-symmetric).
@@ -149,8 +149,8 @@ def stability(system: LinearSystem) -> Stability:
     """
     modes = damped_modes(system)
     worst = max(modes, key=lambda mode: mode.eigenvalue.real)
-    # What rounding makes of an eigenvalue without damping.
-    return Stability(worst.eigenvalue.real <= 1e-9 * max(1.0, abs(worst.eigenvalue)), worst)
+    value = np.array(worst.eigenvalue)
+    return Stability(bool(value.real <= rounding(value)), worst)
 
 
 def mirror(coordinates: Sequence[str]) -> tuple[npt.NDArray[np.intp], Array]:

@@ -54,8 +54,9 @@ def frequency_response(
     Returns:
         `response` (frequency, output, input), complex: outputs per unit of input; beside it, where
         the model has the ports, `stht`, `apparent_mass`, `impedance` and `absorbed_power` at the
-        seat (see the functions of this module). Attributes `method`, as used, and `miss`, the
-        largest difference from the direct way over the largest response of the same units.
+        seat (see the functions of this module). Attributes `method`, as used; `miss`, the largest
+        difference from the direct way over the largest response of the same units; `stable`, 1 or
+        0: a model that falls still has a response, but no one will ever see it.
 
     Raises:
         BadProblem: the frequencies are not such.
@@ -85,7 +86,7 @@ def frequency_response(
             "output_unit": ("output", [port.unit for port in system.outputs]),
             "input_unit": ("input", [port.unit for port in system.inputs]),
         },
-        attrs={"method": used, "miss": miss},
+        attrs={"method": used, "miss": miss, "stable": int(system.stable)},
     )
     known = {}
     if _seen(data, "Head") and _places(data, "seat", _AXES, "input"):

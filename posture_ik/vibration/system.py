@@ -15,6 +15,7 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
+from scipy.linalg import eigvals
 
 from posture_ik.arrays import Array
 from posture_ik.errors import PostureIKError, nearest
@@ -52,6 +53,22 @@ class LinearSystem(NamedTuple):
     Y: Array
     D: Array
 
+    @property
+    def stable(self) -> bool:
+        """Whether no motion grows; `posture_ik.vibration.stability` tells which does."""
+        try:
+            # Springs that push back and dampers that take power: that is enough.
+            np.linalg.cholesky(self.stiffness)
+            np.linalg.cholesky(self.damping)
+        except np.linalg.LinAlgError:
+            zero, eye = np.zeros_like(self.mass), np.eye(len(self.mass))
+            first = np.block([[zero, eye], [-self.stiffness, -self.damping]])
+            second = np.block([[eye, zero], [zero, self.mass]])
+            values = eigvals(first, second)
+            finite = values[np.isfinite(values)]
+            return bool(np.all(finite.real <= rounding(finite)))
+        return True
+
     def of(self, inputs: Sequence[str], outputs: Sequence[str]) -> LinearSystem:
         """The same model seen through some of its ports, in the order named.
 
@@ -69,6 +86,12 @@ class LinearSystem(NamedTuple):
             Y=self.Y[:, outs],
             D=self.D[:, outs][:, :, ins],
         )
+
+
+def rounding(eigenvalues: Complex) -> Array:
+    """How far right of zero eigenvalues may lie that stand for no growth, 1/s."""
+    limit: Array = 1e-8 * np.maximum(1.0, np.abs(eigenvalues))
+    return limit
 
 
 def _found(ports: Sequence[Port], names: Sequence[str], kind: str) -> list[int]:

@@ -95,11 +95,17 @@ def test_the_mirror_is_of_the_body(models: Models) -> None:
 
 def test_weight_makes_the_bare_spine_fall(models: Models) -> None:
     """Said with the mode; without it, and held by a backrest, everything comes to rest."""
-    falling = pik.stability(models("upright", "vibration.gravity=true"))
+    bare = models("upright", "vibration.gravity=true")
+    falling = pik.stability(bare)
+    assert not bare.stable
+    assert pik.frequency_response(bare, [1.0]).stable == 0
     assert not falling.stable
     assert falling.worst.eigenvalue.real > 0
     assert str(falling).startswith("unstable, doubling every ")
     assert "fore-and-aft bending of the lumbar spine" in str(falling)
+    held = models("reclined_15", "vibration.gravity=true", "seat.backrest.kind=rigid")
+    assert held.stable
+    assert pik.stability(held).stable
     standing = pik.stability(models("upright"))
     assert standing.stable
     assert standing.worst.eigenvalue.real < 0
@@ -110,6 +116,9 @@ def test_an_inverted_pendulum_falls_as_fast_as_it_must() -> None:
     falling = pik.stability(oscillator(m, c, k))
     assert not falling.stable
     assert falling.worst.eigenvalue == pytest.approx(2.0, rel=1e-9)
+    assert not oscillator(m, c, k).stable
+    assert oscillator(m, c, 8.0).stable
+    assert not oscillator(m, -1e-3, 8.0).stable
     assert pik.stability(oscillator(m, c, 8.0)).stable  # it swings for ever, and no wider
 
 
