@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager
+from functools import cache
 from typing import Any, TypeAlias
 
 import casadi as ca
 import numpy as np
 import numpy.typing as npt
+from threadpoolctl import ThreadpoolController
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
@@ -45,3 +48,18 @@ def call(function: ca.Function, *arguments: Array) -> list[Array]:
             buffer.set_res(i, result.reshape(-1, order="F").data)
     evaluate()
     return [result[:, 0] if result.shape[1] == 1 else result for result in results]
+
+
+def one_thread() -> AbstractContextManager[object]:
+    """A block in which linear algebra keeps to one thread.
+
+    Matrices of a few hundred rows are not worth sharing: on a busy machine the threads waiting for
+    each other take ten times as long as the work.
+    """
+    limited: AbstractContextManager[object] = _pools().limit(limits=1, user_api="blas")
+    return limited
+
+
+@cache
+def _pools() -> ThreadpoolController:
+    return ThreadpoolController()

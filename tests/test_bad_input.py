@@ -105,6 +105,45 @@ BAD = {
     # the seat
     "recline beyond flat": (changed("seat.recline_deg=120"), "seat.recline_deg = 120.*90"),
     "recline is a word": (changed('seat.recline_deg="far"'), "seat.recline_deg = 'far'"),
+    "backrest of wood": (
+        changed('seat.backrest.kind="wood"'),
+        "seat.backrest: no backrest is of kind 'wood'; valid are rigid, foam",
+    ),
+    "backrest of no kind": (
+        changed("seat.backrest={}"),
+        "seat.backrest needs a kind, one of rigid, foam",
+    ),
+    "foam without stiffness": (
+        changed('seat.backrest={kind="foam", stiffness=0}'),
+        "seat.backrest.stiffness = 0.*greater than 0",
+    ),
+    "a rigid backrest of foam": (
+        changed('seat.backrest={kind="rigid", stiffness=2e4}'),
+        "seat.backrest.stiffness is not a known key.*did you mean 'tangential_stiffness'",
+    ),
+    "backrest behind no one": (
+        changed('seat.backrest={kind="foam", bodies="T1-T13"}'),
+        "seat.backrest.bodies = 'T1-T13': no vertebra is called 'T13'",
+    ),
+    # vibration
+    "model unknown": (changed('vibration.model="multi"'), "vibration.model = 'multi'.*lumped:"),
+    "no frequency zero": (
+        changed("vibration.frequencies.start=0"),
+        "vibration.frequencies.start = 0.*greater than 0",
+    ),
+    "frequencies descend": (
+        changed("vibration.frequencies={start=5.0, stop=1.0}"),
+        "vibration.frequencies: stop 1 Hz lies below start 5 Hz",
+    ),
+    "frequencies without number": (
+        changed("vibration.frequencies.step=nan"),
+        "vibration.frequencies.step = nan",
+    ),
+    "frequencies without end": (
+        changed("vibration.frequencies.step=1e-6"),
+        "more than 100,000 frequencies",
+    ),
+    "vibration key": (changed("vibration.gravty=true"), "did you mean 'gravity'"),
     # the tasks
     "looking nowhere": (changed('task.head.looking="up"'), "looking = 'up'.*write \"ahead\""),
     "position misspelt": (changed('task.head.position="over T1"'), "over C1"),

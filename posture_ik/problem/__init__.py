@@ -7,6 +7,7 @@ from posture_ik.problem.blocks import (
     Backrest,
     BackrestContact,
     Component,
+    FoamBack,
     Frame,
     Gaze,
     Hand,
@@ -16,6 +17,7 @@ from posture_ik.problem.blocks import (
     Pelvis,
     PostureBlock,
     Problem,
+    RigidBack,
     Seat,
     Subject,
     Task,
@@ -24,6 +26,7 @@ from posture_ik.problem.blocks import (
 )
 from posture_ik.problem.load import example_problems, load_problem
 from posture_ik.problem.paths import number_at, with_numbers
+from posture_ik.problem.vibration import FrequencyBlock, VibrationBlock
 
 __all__ = [
     "COMPONENTS",
@@ -32,7 +35,9 @@ __all__ = [
     "Backrest",
     "BackrestContact",
     "Component",
+    "FoamBack",
     "Frame",
+    "FrequencyBlock",
     "Gaze",
     "Hand",
     "Head",
@@ -41,10 +46,12 @@ __all__ = [
     "Pelvis",
     "PostureBlock",
     "Problem",
+    "RigidBack",
     "Seat",
     "Subject",
     "Task",
     "TrajectoryBlock",
+    "VibrationBlock",
     "example_problems",
     "load_problem",
     "number_at",

@@ -25,6 +25,7 @@ from posture_ik.errors import nearest
 from posture_ik.problem.block import Block
 from posture_ik.problem.paths import number_at
 from posture_ik.problem.signals import Signal, Table
+from posture_ik.problem.vibration import VibrationBlock
 
 #: Spine bodies from the seat to the head.
 SPINE = (
@@ -107,10 +108,43 @@ class Subject(Block):
         return self.weight / self.stature**2
 
 
+class RigidBack(Block):
+    """A backrest that the back touches and slides along: nothing else of its mean motion is left.
+
+    The mean motion of `bodies` (an RBE3 average) is taken at a point 0.1 m behind T7. Along the
+    back it is free, or held by a spring (N/m) and a damper (N s/m).
+    """
+
+    kind: Literal["rigid"] = "rigid"
+    bodies: Bodies = _expand_bodies("T1-T10")
+    tangential_stiffness: float = Field(0.0, ge=0.0)
+    tangential_damping: float = Field(0.0, ge=0.0)
+
+
+class FoamBack(Block):
+    """A backrest of foam: a spring (N/m) and a damper (N s/m) behind the mean of `bodies`.
+
+    They act square to the back at a point 0.1 m behind T7, and others along it where asked. The
+    values are those of Toward & Griffin's foam.
+    """
+
+    kind: Literal["foam"] = "foam"
+    bodies: Bodies = _expand_bodies("T1-T10")
+    stiffness: float = Field(21e3, gt=0.0)
+    damping: float = Field(109.0, ge=0.0)
+    tangential_stiffness: float = Field(0.0, ge=0.0)
+    tangential_damping: float = Field(0.0, ge=0.0)
+
+
 class Seat(Block):
-    """Where: the backrest's angle from the vertical, positive backwards, turned about the seat."""
+    """Where one sits.
+
+    `recline_deg`: the backrest's angle from the vertical, positive backwards, turned about the
+    seat. `backrest`: what the back meets when it vibrates; nothing if not given.
+    """
 
     recline_deg: float = Field(0.0, ge=-45.0, le=90.0)
+    backrest: Annotated[RigidBack | FoamBack, Field(discriminator="kind")] | None = None
 
 
 class Gaze(Block):
@@ -391,6 +425,7 @@ class Problem(Block):
     motion: MotionBlock | None = None
     trajectory: TrajectoryBlock | None = None
     activation: ActivationBlock | None = None
+    vibration: VibrationBlock | None = None
 
     @model_validator(mode="after")
     def _moves_one_way(self) -> Problem:

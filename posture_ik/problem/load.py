@@ -14,6 +14,7 @@ from posture_ik.problem.blocks import (
     ActivationBlock,
     Backrest,
     BackrestContact,
+    FoamBack,
     Frame,
     Gaze,
     Hand,
@@ -24,10 +25,12 @@ from posture_ik.problem.blocks import (
     PostureBlock,
     Problem,
     Reflex,
+    RigidBack,
     Seat,
     Subject,
     TrajectoryBlock,
 )
+from posture_ik.problem.vibration import FrequencyBlock, VibrationBlock
 from posture_ik.resources import resource
 
 
@@ -137,11 +140,12 @@ def _one_sentence(error: ValidationError, data: dict[str, Any]) -> str:
             return f"{place} is not a known key; {nearest(key, model.model_fields)}"
         case "missing":
             return f"{place} is missing"
-        case "union_tag_not_found":
-            return f"{place} needs a kind, one of {first['ctx'].get('expected_tags', _KINDS)}"
-        case "union_tag_invalid":
+        case "union_tag_not_found" | "union_tag_invalid":
+            what, kinds = ("backrest", _BACKS) if place == "seat.backrest" else ("task", _TASKS)
+            if first["type"] == "union_tag_not_found":
+                return f"{place} needs a kind, one of {', '.join(kinds)}"
             tag = first["ctx"]["tag"]
-            return f"{place}: no task is of kind {tag!r}; {nearest(tag, _TASKS)}"
+            return f"{place}: no {what} is of kind {tag!r}; {nearest(tag, kinds)}"
         case "model_type" | "model_attributes_type" | "dict_type":
             return f"{place} is {value!r}, but must be a block of keys"
     if isinstance(value, (dict, BaseModel)):
@@ -153,7 +157,7 @@ _TASKS: dict[str, type[Block]] = {
     cls.model_fields["kind"].default: cls
     for cls in (Head, Backrest, BackrestContact, Pelvis, Hand, Frame)
 }
-_KINDS = ", ".join(_TASKS)
+_BACKS: dict[str, type[Block]] = {"rigid": RigidBack, "foam": FoamBack}
 _BLOCKS: dict[str, type[Block]] = {
     "subject": Subject,
     "seat": Seat,
@@ -163,6 +167,8 @@ _BLOCKS: dict[str, type[Block]] = {
     "activation": ActivationBlock,
     "reflex": Reflex,
     "trajectory": TrajectoryBlock,
+    "vibration": VibrationBlock,
+    "frequencies": FrequencyBlock,
 }
 
 
@@ -179,6 +185,8 @@ def _place(loc: tuple[int | str, ...], data: dict[str, Any]) -> tuple[str, type[
         elif step in _TASKS and words and words[-1].startswith(("task ", "along ")):
             model = _TASKS[step]
             words[-1] += f" ({step})"
+        elif step in _BACKS and words[-1:] == ["backrest"]:
+            model = _BACKS[step]
         elif step.startswith(("literal[", "tuple[", "function-", "dict[", "float", "int")):
             continue
         elif words == ["lever"]:

@@ -1,0 +1,189 @@
+"""Modes of a linear model: undamped and damped, what moves in them, and whether it comes to rest.
+
+Undamped, K phi = ω² M phi. Damped, (lambda² M + lambda C + K) phi = 0, solved in first order with
+the undamped modes as coordinates, in which all numbers are frequencies.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from scipy.linalg import eig, eigh
+
+from posture_ik.arrays import Array, one_thread
+from posture_ik.errors import PostureIKError
+from posture_ik.vibration.system import Complex, LinearSystem, rounding
+from posture_ik.vibration.words import is_odd, told
+
+#: A mode's share that must be even (or odd) to call it symmetric (anti-symmetric).
+_PURE = 0.75
+
+
+@dataclass(frozen=True)
+class Mode:
+    """One mode.
+
+    Attributes:
+        eigenvalue: lambda, 1/s; iω of an undamped mode that oscillates.
+        shape: phi (n,), phiᴴ M phi = 1; complex where damped.
+        symmetry: `symmetric`: left and right move as each other's mirror image; `anti-symmetric`:
+            as its opposite; `mixed`: neither.
+        effective_mass: how much of the mass each input moves through this mode, (p,), kg or kg m²:
+            |phiᵀ B_2|².
+        words: what moves.
+    """
+
+    eigenvalue: complex
+    shape: Complex
+    symmetry: str
+    effective_mass: Array
+    words: str
+
+    @property
+    def frequency(self) -> float:
+        """|lambda| / 2π, Hz."""
+        return abs(self.eigenvalue) / (2 * np.pi)
+
+    @property
+    def damping_ratio(self) -> float:
+        """-Re(lambda) / |lambda|; 1 where it does not oscillate, negative where it grows."""
+        return -self.eigenvalue.real / max(abs(self.eigenvalue), np.finfo(float).tiny)
+
+    def __str__(self) -> str:
+        return f"{self.frequency:.2f} Hz, {self.symmetry}: {self.words}"
+
+
+class Stability(NamedTuple):
+    """Whether every motion dies away, and the mode that does so least or grows fastest."""
+
+    stable: bool
+    worst: Mode
+
+    def __str__(self) -> str:
+        if self.stable:
+            return f"stable; what lasts longest: {self.worst}"
+        growth = self.worst.eigenvalue.real
+        return f"unstable, doubling every {np.log(2) / growth:.2g} s: {self.worst}"
+
+
+class Poles(NamedTuple):
+    """A model in first order, in the coordinates z of its own modes: z' = values z + push(B u).
+
+    Attributes:
+        values: lambda, (2 n,).
+        places: from z to the coordinates, (n, 2 n).
+        shapes: undamped modes (n, n); `vectors`: from z to their speeds, (2 n, 2 n).
+    """
+
+    values: Complex
+    places: Complex
+    shapes: Array
+    vectors: Complex
+
+    def push(self, force: Array) -> Complex:
+        """What forces (n, p) on the coordinates do to z, (2 n, p)."""
+        onto = self.shapes.T @ force
+        return np.linalg.solve(self.vectors, np.vstack([np.zeros_like(onto), onto])).astype(complex)
+
+
+def poles(system: LinearSystem) -> Poles:
+    """Solve the damped eigenvalue problem of a model.
+
+    Raises:
+        LinAlgError: M is not positive definite.
+    """
+    squares, shapes = eigh(system.stiffness, system.mass)
+    n = len(squares)
+    speed = np.sqrt(np.maximum(np.abs(squares), 1e-6))
+    first = np.zeros((2 * n, 2 * n))
+    first[:n, n:] = np.diag(speed)
+    first[n:, :n] = np.diag(-squares / speed)
+    first[n:, n:] = -shapes.T @ system.damping @ shapes
+    values, vectors = eig(first)
+    return Poles(values, shapes @ (vectors[:n] / speed[:, None]), shapes, vectors)
+
+
+def undamped_modes(system: LinearSystem) -> tuple[Mode, ...]:
+    """Modes of M and K alone, lowest first; ω² below zero gives a real, positive eigenvalue.
+
+    Raises:
+        PostureIKError: M is not positive definite.
+    """
+    with one_thread():
+        try:
+            squares, shapes = eigh(system.stiffness, system.mass)
+        except np.linalg.LinAlgError:
+            raise _no_mass() from None
+    roots = np.sqrt(squares.astype(complex))
+    return _modes(system, np.where(squares < 0.0, roots.imag, 1j * roots.real), shapes + 0j)
+
+
+def damped_modes(system: LinearSystem) -> tuple[Mode, ...]:
+    """Modes with damping: those that oscillate, lowest |lambda| first, then those that do not.
+
+    Of a conjugate pair the one that turns forward.
+
+    Raises:
+        PostureIKError: M is not positive definite.
+    """
+    with one_thread():
+        try:
+            found = poles(system)
+        except np.linalg.LinAlgError:
+            raise _no_mass() from None
+    forward = np.flatnonzero(found.values.imag >= 0.0)
+    kept = found.values[forward]
+    order = forward[np.lexsort((np.abs(kept), kept.imag == 0.0))]
+    return _modes(system, found.values[order], found.places[:, order])
+
+
+def stability(system: LinearSystem) -> Stability:
+    """Whether every motion of a model dies away, or at least does not grow.
+
+    Raises:
+        PostureIKError: M is not positive definite.
+    """
+    modes = damped_modes(system)
+    worst = max(modes, key=lambda mode: mode.eigenvalue.real)
+    value = np.array(worst.eigenvalue)
+    return Stability(bool(value.real <= rounding(value)), worst)
+
+
+def mirror(coordinates: Sequence[str]) -> tuple[npt.NDArray[np.intp], Array]:
+    """Mirror image of coordinates, left for right: take those at `places`, times `signs`; (n,)."""
+    place = {name: i for i, name in enumerate(coordinates)}
+    other = {"_r": "_l", "_l": "_r"}
+    twins = [name[:-2] + other[name[-2:]] if name[-2:] in other else name for name in coordinates]
+    places = np.array([place.get(twin, i) for i, twin in enumerate(twins)])
+    return places, np.where([is_odd(name) for name in coordinates], -1.0, 1.0)
+
+
+def _modes(
+    system: LinearSystem,
+    values: Complex,
+    shapes: Complex,
+) -> tuple[Mode, ...]:
+    places, signs = mirror(system.coordinates)
+    weighed = system.mass @ shapes
+    shapes = shapes / np.sqrt(np.sum(shapes.conj() * weighed, axis=0).real)
+    weighed = system.mass @ shapes
+    even = np.sum((signs[:, None] * shapes[places]).conj() * weighed, axis=0).real
+    moved = np.abs(shapes.T @ system.B[2]) ** 2
+    words = told(system, shapes)
+    modes = []
+    for i, value in enumerate(values):
+        share = (1.0 + even[i]) / 2.0
+        kind = "symmetric" if share > _PURE else "anti-symmetric" if share < 1 - _PURE else "mixed"
+        modes.append(Mode(complex(value), shapes[:, i], kind, moved[i], words[i]))
+    return tuple(modes)
+
+
+def _no_mass() -> PostureIKError:
+    return PostureIKError(
+        "modes: every coordinate needs a mass of its own; leave out those without, or write them "
+        "in the others."
+    )
