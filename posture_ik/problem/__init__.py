@@ -1,31 +1,30 @@
 """What is asked: who sits, where, what is held, how it moves."""
 
 from posture_ik.problem.blocks import (
-    COMPONENTS,
-    SPINE,
-    ActivationBlock,
-    Backrest,
-    BackrestContact,
-    Component,
     FoamBack,
-    Frame,
-    Gaze,
-    Hand,
-    Head,
     Lever,
-    MotionBlock,
-    Pelvis,
-    PostureBlock,
     Problem,
     RigidBack,
     Seat,
     Subject,
-    Task,
-    TrajectoryBlock,
-    task_label,
 )
 from posture_ik.problem.load import example_problems, load_problem
 from posture_ik.problem.paths import number_at, with_numbers
+from posture_ik.problem.stages import ActivationBlock, MotionBlock, PostureBlock, TrajectoryBlock
+from posture_ik.problem.tasks import (
+    COMPONENTS,
+    SPINE,
+    Backrest,
+    BackrestContact,
+    Component,
+    Frame,
+    Gaze,
+    Hand,
+    Head,
+    Pelvis,
+    Task,
+    task_label,
+)
 from posture_ik.problem.vibration import FrequencyBlock, VibrationBlock
 
 __all__ = [

@@ -11,24 +11,28 @@ from pydantic import BaseModel, ValidationError
 from posture_ik.errors import BadProblem, nearest
 from posture_ik.problem.block import Block
 from posture_ik.problem.blocks import (
+    FoamBack,
+    Lever,
+    Problem,
+    RigidBack,
+    Seat,
+    Subject,
+)
+from posture_ik.problem.stages import (
     ActivationBlock,
+    MotionBlock,
+    PostureBlock,
+    Reflex,
+    TrajectoryBlock,
+)
+from posture_ik.problem.tasks import (
     Backrest,
     BackrestContact,
-    FoamBack,
     Frame,
     Gaze,
     Hand,
     Head,
-    Lever,
-    MotionBlock,
     Pelvis,
-    PostureBlock,
-    Problem,
-    Reflex,
-    RigidBack,
-    Seat,
-    Subject,
-    TrajectoryBlock,
 )
 from posture_ik.problem.vibration import FrequencyBlock, VibrationBlock
 from posture_ik.resources import resource
