@@ -31,9 +31,11 @@ from posture_ik.vibration.seat import DATA, FOAM, Cushion
 
 #: What is held in each reading, beside what is free.
 READINGS: dict[str, dict[str, float]] = {
-    "viscera tied to T10 and S1": {"column_top": 1.0},
-    "viscera stand on S1, free at T10": {"column_top": 0.0},
-    "viscera free at T10, buttocks square": {"column_top": 0.0, "square": 1.0},
+    "column tied to T10 and S1": {"column_top": 1.0},
+    "column tied to T10 and S1, no other tie in z": {"column_top": 1.0, "visceral_z": 0.0},
+    "column on S1, free at T10": {"column_top": 0.0},
+    "column on S1, free at T10, no other tie in z": {"column_top": 0.0, "visceral_z": 0.0},
+    "the last, buttocks' corners square": {"column_top": 0.0, "visceral_z": 0.0, "square": 1.0},
 }
 #: Bounds of the free values and whether to seek them by their logarithm; 0 N/m must be in reach of
 #: a tie, so it is sought as 1 kN/m sinh p.
@@ -153,7 +155,7 @@ def values_at(x: Array, free: list[str], held: dict[str, float]) -> OpenValues:
 
 def search(held: dict[str, float], random: np.random.Generator) -> list[dict[str, Any]]:
     """Every start of one reading, best first."""
-    free = [n for n in BOUNDS if not (n == "buttock_y" and "square" in held)]
+    free = [n for n in BOUNDS if n not in held and not (n == "buttock_y" and "square" in held)]
     low, high = (np.array([to_search(n, BOUNDS[n][end]) for n in free]) for end in (0, 1))
     wanted = published()
 

@@ -87,12 +87,12 @@ def exerted(spring: Spring, ends: Array) -> Array:
 
     Args:
         spring: k springs.
-        ends: the motion of their lower ends by that of a rigid support, (k, 6).
+        ends: the motion of their lower ends by the m motions of a rigid support, (k, m).
 
     Returns:
-        Force and moment as rows (3, 6, n) by order of derivative.
+        Force and moment by these motions, rows (3, m, n) by order of derivative.
     """
-    rows = np.zeros((3, 6, spring.stretch.shape[1]))
+    rows = np.zeros((3, ends.shape[1], spring.stretch.shape[1]))
     rows[0] = -ends.T @ (spring.stiffness[:, None] * spring.stretch)
     rows[1] = -ends.T @ (spring.damping[:, None] * spring.stretch)
     return rows
