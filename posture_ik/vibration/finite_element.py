@@ -2,8 +2,8 @@
 
 Bushings of tables 10 and 11 stand between neighbouring vertebrae, along the chord through both.
 The buttocks are four corner springs under a plate that the sacrum carries. Viscera follow their
-vertebra but along x and z, where they move on springs; a column of springs along z joins them
-(table 12). The arms are two point masses that T2 carries.
+vertebra but along x and z, where they move on springs; a column of springs joins them (table 12),
+each along the line through its two nodes. The arms are two point masses that T2 carries.
 
 A reclined person is the erect one turned rigidly about the seat, with all springs but those of the
 buttocks, which keep the seat's axes. What the source leaves open is in `OpenValues`.
@@ -11,7 +11,7 @@ buttocks, which keep the seat's axes. What the source leaves open is in `OpenVal
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -87,7 +87,7 @@ class _Person(NamedTuple):
         return carry(point - self.points[body]) @ self.motions[body]
 
 
-def finite_element(
+def build_finite_element(
     subject: Subject = REFERENCE,
     recline: float = 0.0,
     backrest: Backrest | None = None,
@@ -106,7 +106,8 @@ def finite_element(
     Returns:
         A system whose coordinates are `Head x` to `S1 rz` (each body's motion at its node, in the
         seat's axes), `T11V x`, `T11V z` to `L5V z` (on their vertebra, in the person's axes), and
-        `seat z` and `cushion z` with a cushion. A rigid backrest eliminates five of them.
+        `seat z` and `cushion z` with a cushion; all but the viscera's are relative to what moves
+        with the input as one rigid body. A rigid backrest eliminates five of them.
 
         Inputs are six motions about the seat's origin, `seat x` to `seat rz`; with a cushion
         `floor x` to `floor rz`, which it follows in all but z. Outputs are accelerations of
@@ -126,21 +127,21 @@ def finite_element(
     below = {"floor": np.stack([row[component] for component in COMPONENTS])}
     for layer in layers:
         below[layer] = below["floor"].copy()
-        below[layer][2] = row[f"{layer} z"]
+        below[layer][2] += row[f"{layer} z"]
     under = below[layers[-1] if layers else "floor"]
-    person = _person(Scale.of(subject), recline, row)
+    person = _person(Scale.of(subject), recline, row, below["floor"])
 
     masses = _masses(person)
     springs = [*_bushings(person, values.bushing_fraction), *_viscera(person, values, row)]
-    for on, name, layer in zip(("floor", "seat"), layers, cushion or (), strict=False):
-        masses.append(Mass(below[name][:3], layer.mass * np.eye(3)))
+    for on, name, part in zip(("floor", "seat"), layers, cushion or (), strict=False):
+        masses.append(Mass(below[name][:3], part.mass * np.eye(3)))
         rise = (below[name] - below[on])[2:3]
-        springs.append(Spring(rise, np.array([layer.stiffness]), np.array([layer.damping])))
+        springs.append(Spring(rise, np.array([part.stiffness]), np.array([part.damping])))
     buttocks, corners = _buttocks(person, values, under)
     readouts = [
         acceleration("Head", COMPONENTS, person.motions["Head"]),
         acceleration("S1", COMPONENTS, person.motions["S1"]),
-        *(acceleration(layer, "z", row[f"{layer} z"][None]) for layer in layers),
+        *(acceleration(layer, "z", below[layer][2:3]) for layer in layers),
         force("seat", COMPONENTS, exerted(buttocks, corners)),
     ]
     springs.append(buttocks)
@@ -168,12 +169,20 @@ def finite_element(
     return drive(coordinates, motion_ports(ground, COMPONENTS), matrices, readouts)
 
 
-def _person(scale: Scale, recline: float, row: Mapping[str, Array]) -> _Person:
-    """The person's points, turned, and the motions of all that has a node."""
+def _person(scale: Scale, recline: float, row: Mapping[str, Array], floor: Array) -> _Person:
+    """The person's points, turned, and the motions of all that has a node.
+
+    Each coordinate is a motion relative to the floor's. So springs stretch by coordinates alone,
+    and the small difference of two large forces, by which a slow motion is accelerated, is not lost
+    in the rounding of stiff springs.
+    """
     c, s = np.cos(recline), np.sin(recline)
     turn = np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]])
     points = {name: turn @ point for name, point in nodes(scale).items()}
-    motions = {body: np.stack([row[f"{body} {c}"] for c in COMPONENTS]) for body in SPINE}
+    motions = {
+        body: np.stack([row[f"{body} {c}"] for c in COMPONENTS]) + carry(points[body]) @ floor
+        for body in SPINE
+    }
     person = _Person(scale, turn, points, motions)
     for viscus in VISCERA:
         motions[viscus] = person.at(viscus.removesuffix("V"), points[viscus])
@@ -233,7 +242,9 @@ def _viscera(person: _Person, values: OpenValues, row: Mapping[str, Array]) -> l
     for joint, of in table("table_12_viscera").items():
         upper, lower = joint.split("_")
         share = factor * (values.column_top if upper == VISCERA[-1] else 1.0)
-        stretch = person.turn[:, 2] @ (person.motions[upper] - person.motions[lower])[:3]
+        chord = person.points[upper] - person.points[lower]
+        along = chord / np.linalg.norm(chord)
+        stretch = along @ (person.motions[upper] - person.motions[lower])[:3]
         stiff, damped = share * np.array(numbers(of, "k33_N_m", "c33_N_s_m"))
         springs.append(Spring(stretch[None], np.array([stiff]), np.array([damped])))
     return springs
@@ -260,8 +271,10 @@ def _buttocks(person: _Person, values: OpenValues, under: Array) -> tuple[Spring
 
 
 def _back(person: _Person, seat: Array) -> tuple[Array, Array]:
-    """The back's mean motion relative to the seat, (6, n), in the backrest's axes; and the seat's
-    part of it as the seat's motion gives it, (6, 6)."""
+    """The back's mean motion over the backrest's, (6, n), in the backrest's axes.
+
+    With it the backrest's own motion by the seat's, (6, 6).
+    """
     behind, offset = BEHIND
     at = person.points[behind] - offset * person.turn[:, 0]
     axes = scipy.linalg.block_diag(person.turn.T, person.turn.T)

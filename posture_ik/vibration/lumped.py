@@ -20,13 +20,13 @@ The six of the source's table 7 ship as TOML files; a user writes others in the 
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
 import numpy as np
 from pydantic import Field, ValidationError, model_validator
 
+from posture_ik.arrays import Array
 from posture_ik.errors import BadProblem, nearest
 from posture_ik.problem.block import Block
 from posture_ik.vibration.network import (
@@ -73,7 +73,9 @@ class LumpedModel(Block):
                     "give the mass another"
                 )
         if self.head not in self.masses:
-            raise ValueError(f"head = {self.head!r} is none of the masses; {self._valid(self.head)}")
+            raise ValueError(
+                f"head = {self.head!r} is none of the masses; {nearest(self.head, self.masses)}"
+            )
         for i, link in enumerate(self.link, 1):
             for end in link.between:
                 if end != SEAT and end not in self.masses:
@@ -106,9 +108,6 @@ class LumpedModel(Block):
                     "that stands on it, by a stiffness greater than 0"
                 )
         return self
-
-    def _valid(self, name: str) -> str:
-        return nearest(name, self.masses)
 
 
 def lumped_models() -> dict[str, Path]:
@@ -161,7 +160,10 @@ def _one_sentence(error: ValidationError) -> str:
     message = first["msg"].removeprefix("Value error, ")
     message = message[0].lower() + message[1:]
     if first["type"] == "missing":
-        return f"{place} is missing; a lumped model has title, head, [masses] and [[link]]"
+        whole = "a link has between, two names, and stiffness"
+        if not steps[0].startswith("link "):
+            whole = "a lumped model has title, head, [masses] and [[link]]"
+        return f"{place} is missing; {whole}"
     if first["type"] == "extra_forbidden":
         fields = Link.model_fields if steps[0].startswith("link") else LumpedModel.model_fields
         return f"{place} is not a known key; {nearest(steps[-1], fields)}"
@@ -170,7 +172,7 @@ def _one_sentence(error: ValidationError) -> str:
     return f"{place} = {first['input']!r}: {message}"
 
 
-def lumped(model: LumpedModel, cushion: Cushion | None = None) -> LinearSystem:
+def build_lumped(model: LumpedModel, cushion: Cushion | None = None) -> LinearSystem:
     """The linear system of a lumped model.
 
     Args:
@@ -178,16 +180,16 @@ def lumped(model: LumpedModel, cushion: Cushion | None = None) -> LinearSystem:
         cushion: the seat and cushion of table 5 under it, if wanted.
 
     Returns:
-        Coordinates are the masses' heights, `m1 z`, and with a cushion `seat z` and `cushion z`.
-        The input is `seat z`, or `floor z` with a cushion. Outputs are accelerations of the head
-        (`Head acceleration z`) and of every coordinate, and what acts on the person from below
-        (`seat force z`) and on the seat from the floor (`floor force z`).
+        Coordinates are the masses' heights over the input's, `m1 z`, and with a cushion `seat z`
+        and `cushion z`. The input is `seat z`, or `floor z` with a cushion. Outputs are
+        accelerations of the head (`Head acceleration z`) and of every coordinate, and what acts on
+        the person from below (`seat force z`) and on the seat from the floor (`floor force z`).
     """
     layers = ("seat", "cushion") if cushion else ()
     names = (*model.masses, *layers)
-    rows = np.eye(len(names) + 1)[:, None]
-    row = dict(zip(names, rows, strict=False))
-    below = [rows[-1], *(row[layer] for layer in layers)]
+    own = np.eye(len(names) + 1)[:, None]
+    row = {name: own[i] + own[-1] for i, name in enumerate(names)}
+    below = [own[-1], *(row[layer] for layer in layers)]
     masses = [Mass(row[name], np.array([[mass]])) for name, mass in model.masses.items()]
     springs = []
     for on, layer, values in zip(below, layers, cushion or (), strict=False):
@@ -213,5 +215,5 @@ def lumped(model: LumpedModel, cushion: Cushion | None = None) -> LinearSystem:
     return drive([f"{name} z" for name in names], motion_ports(ground, "z"), matrices, readouts)
 
 
-def _spring(stretch: np.ndarray, stiffness: float, damping: float) -> Spring:
+def _spring(stretch: Array, stiffness: float, damping: float) -> Spring:
     return Spring(stretch, np.array([stiffness]), np.array([damping]))

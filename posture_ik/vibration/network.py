@@ -129,7 +129,8 @@ def hold(constraint: Array, matrices: Array, free: int) -> Held:
     every = np.zeros((n, n - c))
     every[kept, np.arange(n - c)] = 1.0
     every[out] = -np.linalg.solve(constraint[:, out], constraint[:, kept])
-    return Held(kept, every, np.linalg.solve(constraint[:, out].T, matrices[:, out]))
+    forces = np.asarray(np.linalg.solve(constraint[:, out].T, matrices[:, out]), dtype=np.float64)
+    return Held(kept, every, forces)
 
 
 def drive(
@@ -172,7 +173,9 @@ def acceleration(name: str, components: Sequence[str], motion: Array) -> Readout
 
 def force(name: str, components: Sequence[str], rows: Array) -> Readout:
     """Read out a force from its rows (3, k, n), such as `seat force z`."""
-    ports = tuple(Port(f"{name} force {c}", "N m" if c.startswith("r") else "N") for c in components)
+    ports = tuple(
+        Port(f"{name} force {c}", "N m" if c.startswith("r") else "N") for c in components
+    )
     return Readout(ports, rows)
 
 

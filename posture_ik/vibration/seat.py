@@ -70,8 +70,8 @@ FOAM = Backrest(stiffness=21e3, damping=109.0)
 def law(strain: float, bilateral: bool = False) -> tuple[float, float]:
     """Force (N) of a backrest's rod, and its derivative, by its strain (eqs 44 and 45).
 
-        F(ε) = 250/3 (ε³ − ε³ tanh 15ε)    which resists only a back pressed into it, ε < 0
-        F(ε) = 500/3 ε³                    which also holds it back, as a belt does (bilateral)
+    F(ε) = 250/3 (ε³ − ε³ tanh 15ε)    which resists only a back pressed into it, ε < 0
+    F(ε) = 500/3 ε³                    which also holds it back, as a belt does (bilateral)
     """
     cubic, slope = 250.0 / 3.0 * strain**3, 250.0 * strain**2
     if bilateral:
@@ -103,5 +103,8 @@ def law_stiffness(preload: float, bilateral: bool = False, length: float = 0.1) 
             f"backrest preload = {preload:g} N: must be at least {least:.0f} N and less than "
             f"{most:.1f} N, what the law bears until its rod is squeezed to nothing."
         )
-    strain = brentq(lambda strain: law(strain, bilateral)[0] + preload, -1.0, 1.0, xtol=1e-14)
+    if bilateral:
+        strain = -np.cbrt(3.0 / 500.0 * preload)
+    else:
+        strain = brentq(lambda strain: law(strain)[0] + preload, -1.0, 0.0)
     return law(strain, bilateral)[1] / length

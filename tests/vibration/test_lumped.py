@@ -5,7 +5,7 @@ import pytest
 from direct_response import modes, over_acceleration, peak, response
 
 from posture_ik.errors import BadProblem
-from posture_ik.vibration.lumped import Link, LumpedModel, load_lumped, lumped, lumped_models
+from posture_ik.vibration.lumped import Link, LumpedModel, build_lumped, load_lumped, lumped_models
 from posture_ik.vibration.seat import Cushion
 
 FREQUENCIES = np.arange(0.5, 12.0, 0.01)
@@ -23,7 +23,7 @@ TWO = LumpedModel(
 def test_two_masses_in_closed_form():
     """Undamped frequencies by the quadratic formula; responses by substitution, to rounding."""
     m1, m2, k1, k2, c1, c2 = 50.0, 5.0, 50e3, 20e3, 1500.0, 300.0
-    system = lumped(TWO)
+    system = build_lumped(TWO)
     b, c = (k1 + k2) / m1 + k2 / m2, k1 * k2 / (m1 * m2)
     squares = (b + np.array([-1, 1]) * np.sqrt(b**2 - 4 * c)) / 2
     np.testing.assert_allclose(modes(system)[0], np.sqrt(squares) / (2 * np.pi))
@@ -44,7 +44,7 @@ def test_two_masses_in_closed_form():
 def test_slowly_moved_a_model_is_a_rigid_mass(name):
     """At 1 mHz, transmissibility 1 and apparent mass the total: off by (f/4 Hz)², 1e-7."""
     model = load_lumped(name)
-    system = lumped(model)
+    system = build_lumped(model)
     assert over_acceleration(system, [1e-3], "seat z", "Head acceleration z") == pytest.approx(
         1.0, rel=1e-6
     )
@@ -66,13 +66,13 @@ def test_slowly_moved_a_model_is_a_rigid_mass(name):
 )
 def test_peaks_of_table_7(name, size, frequency):
     """Seat to head; the figures are known to their last digit, so to 1 %."""
-    system = lumped(load_lumped(name))
+    system = build_lumped(load_lumped(name))
     found = over_acceleration(system, FREQUENCIES, "seat z", "Head acceleration z")
     assert peak(FREQUENCIES, found) == pytest.approx((size, frequency), rel=0.01)
 
 
 def test_apparent_mass_and_impedance_of_boileau_and_rakheja():
-    system = lumped(load_lumped("boileau_rakheja"))
+    system = build_lumped(load_lumped("boileau_rakheja"))
     mass = over_acceleration(system, FREQUENCIES, "seat z", "seat force z")
     assert peak(FREQUENCIES, mass) == pytest.approx((88.6, 4.83), rel=0.01)
     impedance = mass * 2 * np.pi * FREQUENCIES
@@ -80,13 +80,13 @@ def test_apparent_mass_and_impedance_of_boileau_and_rakheja():
 
 
 def test_the_seat_of_table_5_under_boileau_and_rakheja():
-    system = lumped(load_lumped("boileau_rakheja"), Cushion.of_table_5())
+    system = build_lumped(load_lumped("boileau_rakheja"), Cushion.of_table_5())
     found = over_acceleration(system, FREQUENCIES, "floor z", "Head acceleration z")
     assert peak(FREQUENCIES, found) == pytest.approx((3.52, 2.21), rel=0.01)
 
 
 def test_a_seat_carries_its_own_mass_and_the_person():
-    system = lumped(TWO, Cushion.of_table_5())
+    system = build_lumped(TWO, Cushion.of_table_5())
     found = response(system, [1e-3], ["floor z"], ["floor force z", "seat force z"])[0, :, 0].real
     np.testing.assert_allclose(-found / (2e-3 * np.pi) ** 2, [55 + 14.5, 55], rtol=1e-5)
 

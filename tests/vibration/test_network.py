@@ -70,10 +70,12 @@ def test_held_coordinates_move_as_lagrange_multipliers_make_them():
     dynamic = np.tensordot(powers, matrices, 1)
     given, load = RANDOM.normal(size=n - free), RANDOM.normal(size=free)
     load[np.setdiff1d(np.arange(n), held.kept)] = 0.0
-    saddle = np.block([
-        [dynamic[:free, :free], -constraint[:, :free].T],
-        [constraint[:, :free], np.zeros((c, c))],
-    ])
+    saddle = np.block(
+        [
+            [dynamic[:free, :free], -constraint[:, :free].T],
+            [constraint[:, :free], np.zeros((c, c))],
+        ]
+    )
     right = np.r_[load - dynamic[:free, free:] @ given, -constraint[:, free:] @ given]
     solved = np.linalg.solve(saddle, right)
     kept = held.kept[: free - c]
