@@ -2,10 +2,11 @@
 
     python tools/identify_finite_element.py
 
-Nonlinear least squares (SciPy, trust region, from a plain start and a seeded random one) against
+Nonlinear least squares (SciPy, trust region, from a plain start and seeded random ones) against
 the fourteen modes of table 6 and the peaks of §3.3, for each reading of the text in `READINGS`.
 The reading with the least cost is written to `finite_element.csv`; every start, every residual and
-the sensitivities at the optimum to `finite_element_record.json`.
+the sensitivities at the optimum to `finite_element_record.json`, and what a reader wants of it to
+`docs/finite_element.md`.
 
 A mode is met by the mode of its own symmetry and of the same number within it: the model has
 anti-symmetric modes that table 6 leaves out (8.9 Hz). Modes are printed to 0.01 Hz and taken as
@@ -18,6 +19,7 @@ that changes is recorded too.
 from __future__ import annotations
 
 import json
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -53,7 +55,7 @@ BOUNDS = {
 TIES = {"stiff": (1e3, 1e7), "soft": (0.0, 1e3)}
 #: What a value of 0 is changed to, to tell what depends on it.
 OTHERWISE = {"visceral_z": 100.0, "column_top": 0.1}
-STARTS, SEED = 1, 1
+STARTS, SEED = 3, 1
 MODE_TOLERANCE, PEAK_TOLERANCE = 0.01, 0.10
 SETS: dict[str, dict[str, Any]] = {
     "bare": {},
@@ -72,6 +74,49 @@ BANDS = {
 }
 #: Where every search starts once, in each reading; then at random.
 PLAIN = OpenValues(0.5, 0.2, 0.2, 7e3, 0.0, 0.0)
+
+
+PAGE = Path(__file__).resolve().parents[1] / "docs" / "finite_element.md"
+TEXT = """# What the source leaves open in the finite-element spine, and what was found
+
+Written by `tools/identify_finite_element.py`; the whole record, with every start, is
+`posture_ik/vibration/data/finite_element_record.json`.
+
+Taken: *{chosen}*, with {values} (SI).
+
+| result | source | ours | difference |
+| --- | --- | --- | --- |
+{rows}
+
+A mode stands against the mode of its own symmetry and number. One anti-symmetric mode near 8.9 Hz
+is not in table 6. The least squares weigh a mode's difference at 1 %, a peak's at 10 %. What is
+still off was not met from any start, in any reading, at so little cost elsewhere: another way to
+meet it must lie outside these values and bounds.
+
+## Readings
+
+Least cost, and that of the worst start (some end in other minima).
+
+| reading | cost | worst start |
+| --- | --- | --- |
+{costs}
+
+That the column ends free at T10 agrees with table 4, which counts constraints for seven viscera and
+six for one end of the column only, and with T10V's mass of 0. Its first motion along z is then the
+source's sixth mode, an axial one of the viscera; tied at both ends this column has none so low. The
+source finds 55 modes below 50 Hz, this model has {below}.
+
+The source solves by the first hundred modes of the absolute motion. So cut, head x peaks at
+{truncated:.2f}; solved whole at {exact:.2f}. The difference is the cut's.
+
+## What each value moves most
+
+By 10 % more of it; of a value that is 0, by a tenth of the whole or 100 N/m.
+
+| value | moves |
+| --- | --- |
+{moved}
+"""
 
 
 def to_search(name: str, value: float) -> float:
@@ -195,9 +240,9 @@ def search(
         begun, ended = (values_at(x) for x in (start, best.x))
         runs.append(
             {
-                "start": begun._asdict(),
-                "values": ended._asdict(),
-                "cost": float(best.cost),
+                "start": {n: float(f"{v:.6g}") for n, v in begun._asdict().items()},
+                "values": {n: float(f"{v:.6g}") for n, v in ended._asdict().items()},
+                "cost": round(float(best.cost), 4),
                 "evaluations": int(best.nfev),
                 "stopped": best.message,
             }
@@ -245,6 +290,35 @@ def truncated(values: OpenValues, most: int) -> dict[str, float]:
     return {name: round(value, 3) for name, value in peaks({"bare": reduced}).items()}
 
 
+def page(record: dict[str, Any]) -> str:
+    """What was found, to read."""
+    values = ", ".join(f"`{name}` {value:g}" for name, value in record["values"].items())
+    costs = [
+        f"| {name} | {runs[0]['cost']:.1f} | {runs[-1]['cost']:.1f} |"
+        for name, runs in sorted(record["readings"].items(), key=lambda item: item[1][0]["cost"])
+    ]
+    rows = [
+        f"| {name} | {r['published']:g} | {r['found']:.4g} | {r['difference_percent']:+.1f} % |"
+        for name, r in record["results"].items()
+    ]
+    moved = []
+    for name, changes in record["sensitivity_percent"].items():
+        most = sorted(changes, key=lambda key: -abs(changes[key]))[:3]
+        told = ", ".join(f"{key} {changes[key]:+.1f} %" for key in most)
+        moved.append(f"| {name} | {told} |")
+    few = record["peaks_of_the_first_modes"]["100"]
+    return TEXT.format(
+        chosen=record["chosen"],
+        values=values,
+        costs="\n".join(costs),
+        rows="\n".join(rows),
+        moved="\n".join(moved),
+        below=record["modes_below_50_Hz"],
+        truncated=few["head x 1"],
+        exact=record["results"]["head x 1"]["found"],
+    )
+
+
 def main() -> None:
     """Search, and write what was found."""
     random = np.random.default_rng(SEED)
@@ -274,10 +348,12 @@ def main() -> None:
             for name, (value, _) in published().items()
         },
         "sensitivity_percent": sensitivity(values),
-        "peaks_of_the_first_modes": {most: truncated(values, most) for most in (90, 100, 110)},
+        "modes_below_50_Hz": int(np.sum(modes(build_finite_element(values=values), 90)[0] < 50.0)),
+        "peaks_of_the_first_modes": {str(most): truncated(values, most) for most in (90, 100, 110)},
     }
     place = DATA / "finite_element_record.json"
     place.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
+    PAGE.write_text(page(record), encoding="utf-8")
     units = {"bushing_fraction": "1", "buttock_x": "m", "buttock_y": "m", "column_top": "1"}
     lines = [
         "# values that Cocco 2019 leaves open in the finite-element spine, reference subject; found"
