@@ -2,7 +2,7 @@
 
     python tools/identify_finite_element.py
 
-Nonlinear least squares (SciPy, trust region, from a plain start and seeded random ones) against
+Nonlinear least squares (SciPy, trust region, from a plain start and a seeded random one) against
 the fourteen modes of table 6 and the peaks of §3.3, for each reading of the text in `READINGS`.
 The reading with the least cost is written to `finite_element.csv`; every start, every residual and
 the sensitivities at the optimum to `finite_element_record.json`, and what a reader wants of it to
@@ -55,7 +55,7 @@ BOUNDS = {
 TIES = {"stiff": (1e3, 1e7), "soft": (0.0, 1e3)}
 #: What a value of 0 is changed to, to tell what depends on it.
 OTHERWISE = {"visceral_z": 100.0, "column_top": 0.1}
-STARTS, SEED = 3, 1
+STARTS, SEED = 1, 1
 MODE_TOLERANCE, PEAK_TOLERANCE = 0.01, 0.10
 SETS: dict[str, dict[str, Any]] = {
     "bare": {},
@@ -72,8 +72,8 @@ BANDS = {
     ("foam", "seat x"): (1.9, 3.6, 0.15),
     ("cushion", "floor z"): (1.6, 2.7, 0.1),
 }
-#: Where every search starts once, in each reading; then at random.
-PLAIN = OpenValues(0.5, 0.2, 0.2, 7e3, 0.0, 0.0)
+#: Where every search starts once, in each reading, clipped to its bounds; then at random.
+PLAIN = OpenValues(0.5, 0.2, 0.2, 9e3, 100.0, 0.0)
 
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "finite_element.md"
@@ -235,7 +235,7 @@ def search(
             diff_step=1e-3,
             xtol=1e-4,
             ftol=1e-4,
-            max_nfev=15,
+            max_nfev=30,
         )
         begun, ended = (values_at(x) for x in (start, best.x))
         runs.append(

@@ -307,6 +307,16 @@ def test_subjects_scale():
     np.testing.assert_allclose(modes(large, 30)[0] * 1.1, modes(small, 30)[0], rtol=1e-5)
 
 
+@pytest.mark.parametrize(("weight", "stature"), [(32.0, 1.45), (46.0, 1.59), (180.0, 1.95)])
+def test_every_subject_is_a_stable_rigid_mass_at_rest(weight, stature):
+    """At 1 mHz the seat carries the table's 61.39 kg grown with the weight."""
+    system = build_finite_element(Subject(weight=weight, stature=stature))
+    assert np.linalg.eigvalsh(system.mass)[0] > 0
+    assert modes(system, 1)[0][0] > 0.1
+    static = over_acceleration(system, [1e-3], "seat z", "seat force z")[0]
+    assert static == pytest.approx(61.39 * weight / 80, rel=1e-5)
+
+
 def test_the_record_of_the_search_is_that_of_the_model():
     """What the record says was found, the model gives: modes to 1e-3 and the values themselves."""
     record = json.loads((DATA / "finite_element_record.json").read_text())
