@@ -1,6 +1,8 @@
 """Vibration about a posture: linear models, their modes and frequency responses."""
 
+from posture_ik.vibration.finite_element import OpenValues, build_finite_element
 from posture_ik.vibration.linear import linearise
+from posture_ik.vibration.lumped import build_lumped, load_lumped, lumped_models
 from posture_ik.vibration.modes import (
     Mode,
     Stability,
@@ -15,20 +17,28 @@ from posture_ik.vibration.response import (
     impedance,
     transmissibility,
 )
+from posture_ik.vibration.seat import Backrest, Cushion
 from posture_ik.vibration.state_space import state_space
 from posture_ik.vibration.system import LinearSystem, Port
 
 __all__ = [
+    "Backrest",
+    "Cushion",
     "LinearSystem",
     "Mode",
+    "OpenValues",
     "Port",
     "Stability",
     "absorbed_power",
     "apparent_mass",
+    "build_finite_element",
+    "build_lumped",
     "damped_modes",
     "frequency_response",
     "impedance",
     "linearise",
+    "load_lumped",
+    "lumped_models",
     "stability",
     "state_space",
     "transmissibility",
