@@ -43,6 +43,7 @@ from posture_ik.problem import (
 )
 from posture_ik.vibration import (
     LinearSystem,
+    Vibration,
     absorbed_power,
     apparent_mass,
     damped_modes,
@@ -53,6 +54,7 @@ from posture_ik.vibration import (
     state_space,
     transmissibility,
     undamped_modes,
+    vibrate,
 )
 
 __all__ = [
@@ -84,6 +86,7 @@ __all__ = [
     "Subject",
     "Trajectory",
     "TrajectoryBlock",
+    "Vibration",
     "VibrationBlock",
     "absorbed_power",
     "apparent_mass",
@@ -103,6 +106,7 @@ __all__ = [
     "state_space",
     "transmissibility",
     "undamped_modes",
+    "vibrate",
     "write_activation",
     "write_mbdyn",
     "write_motion",

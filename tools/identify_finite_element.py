@@ -28,9 +28,10 @@ from scipy.optimize import least_squares
 
 from posture_ik.arrays import Array
 from posture_ik.body.tables import read_table
+from posture_ik.problem import Cushion, FoamBack
 from posture_ik.vibration import LinearSystem
 from posture_ik.vibration.finite_element import OpenValues, build_finite_element
-from posture_ik.vibration.seat import DATA, FOAM, Cushion
+from posture_ik.vibration.seat import DATA
 
 #: The readings: whether the column of viscera is tied to T10, ties along z are stiff or soft, and
 #: the buttocks' corners, of "two squares", have one spacing.
@@ -59,8 +60,8 @@ STARTS, SEED = 1, 1
 MODE_TOLERANCE, PEAK_TOLERANCE = 0.01, 0.10
 SETS: dict[str, dict[str, Any]] = {
     "bare": {},
-    "foam": {"backrest": FOAM},
-    "cushion": {"cushion": Cushion.of_table_5()},
+    "foam": {"backrest": FoamBack()},
+    "cushion": {"cushion": Cushion()},
 }
 MODES = read_table(DATA / "table_6_modes.csv")
 PEAKS = read_table(DATA / "section_3_3.csv")

@@ -1,7 +1,9 @@
 """What is asked: who sits, where, what is held, how it moves."""
 
 from posture_ik.problem.blocks import (
+    Cushion,
     FoamBack,
+    Layer,
     Lever,
     Problem,
     RigidBack,
@@ -34,12 +36,14 @@ __all__ = [
     "Backrest",
     "BackrestContact",
     "Component",
+    "Cushion",
     "FoamBack",
     "Frame",
     "FrequencyBlock",
     "Gaze",
     "Hand",
     "Head",
+    "Layer",
     "Lever",
     "MotionBlock",
     "Pelvis",

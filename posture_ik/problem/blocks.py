@@ -94,15 +94,35 @@ class FoamBack(Block):
     tangential_damping: float = Field(0.0, ge=0.0)
 
 
+class Layer(Block):
+    """A mass (kg) on a vertical spring (N/m) and damper (N s/m)."""
+
+    mass: float = Field(gt=0.0)
+    stiffness: float = Field(gt=0.0)
+    damping: float = Field(ge=0.0)
+
+
+class Cushion(Block):
+    """A seat on the floor and a cushion on the seat, under the person (figure 8).
+
+    The values are those of table 5: Choi and Wereley (2005), the cushion's mass assumed.
+    """
+
+    seat: Layer = Layer(mass=13.5, stiffness=22600.0, damping=750.0)
+    cushion: Layer = Layer(mass=1.0, stiffness=37700.0, damping=159.0)
+
+
 class Seat(Block):
     """Where one sits.
 
     `recline_deg`: the backrest's angle from the vertical, positive backwards, turned about the
-    seat. `backrest`: what the back meets when it vibrates; nothing if not given.
+    seat. For vibration alone: `backrest`, what the back meets, nothing if not given; `cushion`,
+    what gives way under the person, on a floor that then is what moves.
     """
 
     recline_deg: float = Field(0.0, ge=-45.0, le=90.0)
     backrest: Annotated[RigidBack | FoamBack, Field(discriminator="kind")] | None = None
+    cushion: Cushion | None = None
 
 
 class Lever(Block):

@@ -17,6 +17,9 @@ def _read_model(value: Any) -> Any:
     raise ValueError('write "multibody", "finite_element" or "lumped:" and the name of a model')
 
 
+Model = Annotated[str, BeforeValidator(_read_model)]
+
+
 class FrequencyBlock(Block):
     """Frequencies from `start` to `stop` in equal steps, Hz."""
 
@@ -43,15 +46,19 @@ class FrequencyBlock(Block):
 class VibrationBlock(Block):
     """How the person vibrates about the posture.
 
-    `input`: what moves: the seat with all that stands on it, or the backrest alone. `gravity`:
+    `beside`: other models, for their responses in the same charts. `input`: what moves: the seat
+    with all that stands on it, or the backrest alone. `frames`: links whose motions are told; the
+    head, the pelvis and all grips if not given. `gravity`:
     count the stiffness, negative for what stands, of the weight; `prestress`: that of the forces
     with which the tasks hold the posture. The source counts neither. `grip`: whether a hand keeps
     hold of the lever it is on; what the other tasks hold is let go.
     """
 
-    model: Annotated[str, BeforeValidator(_read_model)] = "multibody"
+    model: Model = "multibody"
+    beside: tuple[Model, ...] = ()
     input: Literal["seat", "backrest"] = "seat"
     frequencies: FrequencyBlock = FrequencyBlock()
+    frames: tuple[str, ...] | None = None
     gravity: bool = False
     prestress: bool = False
     grip: bool = True

@@ -17,18 +17,17 @@ from posture_ik.vibration.response import (
     impedance,
     transmissibility,
 )
-from posture_ik.vibration.seat import Backrest, Cushion
 from posture_ik.vibration.state_space import state_space
 from posture_ik.vibration.system import LinearSystem, Port
+from posture_ik.vibration.vibrate import Vibration, vibrate
 
 __all__ = [
-    "Backrest",
-    "Cushion",
     "LinearSystem",
     "Mode",
     "OpenValues",
     "Port",
     "Stability",
+    "Vibration",
     "absorbed_power",
     "apparent_mass",
     "build_finite_element",
@@ -43,4 +42,5 @@ __all__ = [
     "state_space",
     "transmissibility",
     "undamped_modes",
+    "vibrate",
 ]

@@ -11,7 +11,7 @@ buttocks, which keep the seat's axes. What the source leaves open is in `OpenVal
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -22,7 +22,8 @@ from posture_ik.arrays import Array
 from posture_ik.body.scaling import REFERENCE, Scale
 from posture_ik.body.spine import VISCERA, inertias, nodes
 from posture_ik.body.tables import numbers, read_table, table
-from posture_ik.problem import COMPONENTS, SPINE, Subject
+from posture_ik.problem import COMPONENTS, SPINE, Cushion, FoamBack, RigidBack, Subject
+from posture_ik.vibration.backrest import BEHIND
 from posture_ik.vibration.network import (
     Mass,
     Readout,
@@ -37,7 +38,7 @@ from posture_ik.vibration.network import (
     hold,
     motion_ports,
 )
-from posture_ik.vibration.seat import BACK, BEHIND, DATA, Backrest, Cushion
+from posture_ik.vibration.seat import DATA
 from posture_ik.vibration.system import LinearSystem
 
 #: Damping over stiffness of the ties between viscera and vertebrae, s (assumed, as table 12's).
@@ -90,7 +91,7 @@ class _Person(NamedTuple):
 def build_finite_element(
     subject: Subject = REFERENCE,
     recline: float = 0.0,
-    backrest: Backrest | None = None,
+    backrest: RigidBack | FoamBack | None = None,
     cushion: Cushion | None = None,
     values: OpenValues | None = None,
 ) -> LinearSystem:
@@ -133,7 +134,8 @@ def build_finite_element(
 
     masses = _masses(person)
     springs = [*_bushings(person, values.bushing_fraction), *_viscera(person, values, row)]
-    for on, name, part in zip(("floor", "seat"), layers, cushion or (), strict=False):
+    parts = (cushion.seat, cushion.cushion) if cushion else ()
+    for on, name, part in zip(("floor", "seat"), layers, parts, strict=False):
         masses.append(Mass(below[name][:3], part.mass * np.eye(3)))
         rise = (below[name] - below[on])[2:3]
         springs.append(Spring(rise, np.array([part.stiffness]), np.array([part.damping])))
@@ -146,9 +148,9 @@ def build_finite_element(
     ]
     springs.append(buttocks)
     if backrest:
-        relative, ends = _back(person, below[layers[0] if layers else "floor"])
+        relative, ends = _back(person, backrest.bodies, below[layers[0] if layers else "floor"])
         pads = [(2, backrest.tangential_stiffness, backrest.tangential_damping)]
-        if backrest.stiffness is not None:
+        if isinstance(backrest, FoamBack):
             pads.append((0, backrest.stiffness, backrest.damping))
         at, stiffness, damping = (np.array(column) for column in zip(*pads, strict=True))
         pad = Spring(relative[at], stiffness, damping)
@@ -156,11 +158,11 @@ def build_finite_element(
     matrices = assemble(masses, springs)
     if backrest:
         push = exerted(pad, ends[at])
-        if backrest.stiffness is None:
+        if isinstance(backrest, RigidBack):
             held = hold(relative[_FIXED], matrices, len(coordinates))
             push += ends[_FIXED].T @ held.forces
         readouts.append(force("backrest", COMPONENTS, push))
-    if backrest and backrest.stiffness is None:
+    if isinstance(backrest, RigidBack):
         coordinates = tuple(coordinates[i] for i in held.kept[:-6])
         matrices = held.every.T @ matrices @ held.every
         readouts = [Readout(readout.ports, readout.rows @ held.every) for readout in readouts]
@@ -270,14 +272,13 @@ def _buttocks(person: _Person, values: OpenValues, under: Array) -> tuple[Spring
     return spring, np.vstack(ends)
 
 
-def _back(person: _Person, seat: Array) -> tuple[Array, Array]:
+def _back(person: _Person, bodies: Sequence[str], seat: Array) -> tuple[Array, Array]:
     """The back's mean motion over the backrest's, (6, n), in the backrest's axes.
 
     With it the backrest's own motion by the seat's, (6, 6).
     """
-    behind, offset = BEHIND
-    at = person.points[behind] - offset * person.turn[:, 0]
+    at = person.points["T7"] - BEHIND * person.turn[:, 0]
     axes = scipy.linalg.block_diag(person.turn.T, person.turn.T)
-    mean = average([person.motions[b] for b in BACK], [person.points[b] for b in BACK], at)
+    mean = average([person.motions[b] for b in bodies], [person.points[b] for b in bodies], at)
     end = axes @ carry(at)
     return axes @ mean - end @ seat, end

@@ -28,6 +28,7 @@ from pydantic import Field, ValidationError, model_validator
 
 from posture_ik.arrays import Array
 from posture_ik.errors import BadProblem, nearest
+from posture_ik.problem import Cushion
 from posture_ik.problem.block import Block
 from posture_ik.vibration.network import (
     Mass,
@@ -39,7 +40,7 @@ from posture_ik.vibration.network import (
     force,
     motion_ports,
 )
-from posture_ik.vibration.seat import DATA, Cushion
+from posture_ik.vibration.seat import DATA
 from posture_ik.vibration.system import LinearSystem
 
 #: What carries the person, as links name it.
@@ -192,7 +193,8 @@ def build_lumped(model: LumpedModel, cushion: Cushion | None = None) -> LinearSy
     below = [own[-1], *(row[layer] for layer in layers)]
     masses = [Mass(row[name], np.array([[mass]])) for name, mass in model.masses.items()]
     springs = []
-    for on, layer, values in zip(below, layers, cushion or (), strict=False):
+    parts = (cushion.seat, cushion.cushion) if cushion else ()
+    for on, layer, values in zip(below, layers, parts, strict=False):
         masses.append(Mass(row[layer], np.array([[values.mass]])))
         springs.append(_spring(row[layer] - on, values.stiffness, values.damping))
     held = np.zeros((3, 1, len(names) + 1))

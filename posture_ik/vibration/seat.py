@@ -1,70 +1,15 @@
-"""Seats: the seat and cushion of table 5, and backrests on the mean motion of the back.
-
-A backrest acts at a point 0.1 m behind T7 that moves as the mean of T1 to T10 (an RBE3). A rigid
-one holds every component of that motion but the slide along the back; a foam one is a spring and a
-damper across the back. Both may hold the slide by a spring and a damper too, as friction does.
-"""
+"""The backrest's laws of eqs 44 and 45, and their stiffness at a preload."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import brentq
 
-from posture_ik.body.tables import numbers, read_table
 from posture_ik.errors import PostureIKError
 
 DATA = Path(__file__).resolve().parent / "data"
-
-#: What a backrest touches, and how far behind the middle of it, m (§5.2.1).
-BACK = tuple(f"T{i}" for i in range(1, 11))
-BEHIND = ("T7", 0.1)
-
-
-class Layer(NamedTuple):
-    """A mass (kg) on a spring (N/m) and a damper (N s/m), vertical."""
-
-    mass: float
-    stiffness: float
-    damping: float
-
-
-class Cushion(NamedTuple):
-    """A seat on the floor and a cushion on the seat, under the person (figure 8)."""
-
-    seat: Layer
-    cushion: Layer
-
-    @classmethod
-    def of_table_5(cls) -> Cushion:
-        """The values of table 5."""
-        rows = read_table(DATA / "table_5_seat.csv").values()
-        columns = "mass_kg", "stiffness_N_m", "damping_N_s_m"
-        return cls(*(Layer(*numbers(row, *columns)) for row in rows))
-
-
-class Backrest(NamedTuple):
-    """A backrest: springs (N/m) and dampers (N s/m) across the back and along it.
-
-    Attributes:
-        stiffness: across the back; None for a rigid backrest.
-        damping: across the back.
-        tangential_stiffness: along the back, as friction holds it there: 0 slides freely.
-        tangential_damping: along the back.
-    """
-
-    stiffness: float | None = None
-    damping: float = 0.0
-    tangential_stiffness: float = 0.0
-    tangential_damping: float = 0.0
-
-
-#: Rigid, and free to slide along (§5.2.1).
-RIGID = Backrest()
-#: The foam of Toward and Griffin (2010), as §5.2.1 gives it.
-FOAM = Backrest(stiffness=21e3, damping=109.0)
 
 
 def law(strain: float, bilateral: bool = False) -> tuple[float, float]:

@@ -12,9 +12,11 @@ from direct_response import modes, over_acceleration, peak, response
 from posture_ik.body.scaling import Scale
 from posture_ik.body.spine import inertias, nodes
 from posture_ik.body.tables import read_table, table
-from posture_ik.problem import COMPONENTS, SPINE, Subject
+from posture_ik.problem import COMPONENTS, SPINE, Cushion, FoamBack, RigidBack, Subject
 from posture_ik.vibration.finite_element import LOOSE, OpenValues, build_finite_element
-from posture_ik.vibration.seat import BACK, DATA, FOAM, RIGID, Backrest, Cushion
+from posture_ik.vibration.seat import DATA
+
+STICKY = RigidBack(tangential_stiffness=5e3, tangential_damping=500.0)
 
 SEAT = [f"seat {c}" for c in COMPONENTS]
 SEAT_FORCE = [f"seat force {c}" for c in COMPONENTS]
@@ -159,7 +161,7 @@ def test_vertical_responses_of_section_3_3(bare):
     assert peak(f, mass)[0] == pytest.approx(90.0, rel=0.06)
     assert peak(f, mass * 2 * np.pi * f)[0] == pytest.approx(3000.0, rel=0.06)
     f = np.arange(1.5, 3.0, 0.05)
-    system = build_finite_element(cushion=Cushion.of_table_5())
+    system = build_finite_element(cushion=Cushion())
     size, at = peak(f, over_acceleration(system, f, "floor z", "Head acceleration z"))
     assert size == pytest.approx(3.5, rel=0.06)
     assert at == pytest.approx(2.1, rel=0.06)
@@ -204,7 +206,7 @@ def test_stiff_or_slowly_moved_the_person_is_one_rigid_body(recline):
 def test_mass_is_positive_and_all_are_symmetric():
     for system in (
         build_finite_element(),
-        build_finite_element(backrest=RIGID, cushion=Cushion.of_table_5()),
+        build_finite_element(backrest=RigidBack(), cushion=Cushion()),
     ):
         for matrix in (system.mass, system.damping, system.stiffness):
             np.testing.assert_allclose(matrix, matrix.T, rtol=1e-12, atol=1e-12 * abs(matrix).max())
@@ -217,13 +219,16 @@ def test_mass_is_positive_and_all_are_symmetric():
         )
 
 
-@pytest.mark.parametrize("backrest", [None, RIGID, FOAM, Backrest(None, 0.0, 5e3, 500.0)])
+@pytest.mark.parametrize(
+    "backrest",
+    [None, RigidBack(), FoamBack(), STICKY],
+)
 def test_reciprocity_and_no_energy_from_nothing(backrest):
     """Floor force by floor motion is symmetric, and its impedance takes up power, F(−iω)* x.
 
     To rounding in the largest entry: 1e-9 of forces that come of shear of 1e10 N/m.
     """
-    system = build_finite_element(recline=0.3, backrest=backrest, cushion=Cushion.of_table_5())
+    system = build_finite_element(recline=0.3, backrest=backrest, cushion=Cushion())
     floor, force = ([f"floor {k}{c}" for c in COMPONENTS] for k in ("", "force "))
     for f in (0.5, 4.0, 15.0):
         dynamic = response(system, [f], floor, force)[0]
@@ -232,7 +237,10 @@ def test_reciprocity_and_no_energy_from_nothing(backrest):
         assert absorbed[0] > -1e-7 * abs(dynamic).max()
 
 
-@pytest.mark.parametrize("backrest", [RIGID, FOAM, Backrest(None, 0.0, 5e3, 500.0)])
+@pytest.mark.parametrize(
+    "backrest",
+    [RigidBack(), FoamBack(), STICKY],
+)
 def test_seat_and_backrest_together_carry_the_person(backrest):
     """Slowly moved, both forces and moments add up to the rigid body's."""
     system = build_finite_element(recline=0.3, backrest=backrest)
@@ -244,7 +252,7 @@ def test_seat_and_backrest_together_carry_the_person(backrest):
 
 
 def test_a_rigid_backrest_lets_slide_along():
-    system = build_finite_element(backrest=RIGID)
+    system = build_finite_element(backrest=RigidBack())
     along = response(system, [3.0], ["seat z"], ["backrest force z", "seat force z"])[0, :, 0]
     assert abs(along[0]) < 1e-9 * abs(along[1])
 
@@ -256,10 +264,10 @@ def test_a_rigid_backrest_holds_the_nearest_rigid_motion_of_the_back(bare):
     """
     place = nodes(REFERENCE)
     at = place["T7"] - [0.1, 0.0, 0.0]
-    length = np.mean([np.linalg.norm(place[body] - at) for body in BACK])
+    length = np.mean([np.linalg.norm(place[body] - at) for body in RigidBack().bodies])
     weight = np.diag([1.0, 1.0, 1.0, length, length, length])
     rigid, chosen = [], []
-    for body in BACK:
+    for body in RigidBack().bodies:
         x, y, z = place[body] - at
         spin = np.array([[0, z, -y], [-z, 0, x], [y, -x, 0]])
         rigid.append(weight @ np.block([[np.eye(3), spin], [np.zeros((3, 3)), np.eye(3)]]))
@@ -274,7 +282,7 @@ def test_a_rigid_backrest_holds_the_nearest_rigid_motion_of_the_back(bare):
     saddle = np.block([[dynamic, -A.T], [A, np.zeros((5, 5))]])
     solved = np.linalg.solve(saddle, np.r_[load, np.zeros(5)])
     head = s**2 * (solved[bare.coordinates.index("Head x")] + 1.0)
-    held = build_finite_element(backrest=RIGID)
+    held = build_finite_element(backrest=RigidBack())
     found = response(held, [3.0], ["seat x"], ["Head acceleration x", "backrest force x"])[0, :, 0]
     np.testing.assert_allclose(found, [head, solved[-5]], rtol=1e-6)
 
@@ -283,7 +291,7 @@ def test_a_tangential_spring_takes_weight_off_the_seat():
     """Some 5 kN/m take a twelfth of the static mass and of none of it when the slide is free."""
     f = np.arange(3.5, 6.5, 0.1)
     free, held = (
-        build_finite_element(backrest=Backrest(tangential_stiffness=k)) for k in (0.0, 5e3)
+        build_finite_element(backrest=RigidBack(tangential_stiffness=k)) for k in (0.0, 5e3)
     )
     static = [over_acceleration(s, [1e-2], "seat z", "seat force z")[0] for s in (free, held)]
     assert static[0] == pytest.approx(rigid_person()[2, 2], rel=1e-4)

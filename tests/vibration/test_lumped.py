@@ -5,8 +5,8 @@ import pytest
 from direct_response import modes, over_acceleration, peak, response
 
 from posture_ik.errors import BadProblem
+from posture_ik.problem import Cushion
 from posture_ik.vibration.lumped import Link, LumpedModel, build_lumped, load_lumped, lumped_models
-from posture_ik.vibration.seat import Cushion
 
 FREQUENCIES = np.arange(0.5, 12.0, 0.01)
 TWO = LumpedModel(
@@ -80,13 +80,13 @@ def test_apparent_mass_and_impedance_of_boileau_and_rakheja():
 
 
 def test_the_seat_of_table_5_under_boileau_and_rakheja():
-    system = build_lumped(load_lumped("boileau_rakheja"), Cushion.of_table_5())
+    system = build_lumped(load_lumped("boileau_rakheja"), Cushion())
     found = over_acceleration(system, FREQUENCIES, "floor z", "Head acceleration z")
     assert peak(FREQUENCIES, found) == pytest.approx((3.52, 2.21), rel=0.01)
 
 
 def test_a_seat_carries_its_own_mass_and_the_person():
-    system = build_lumped(TWO, Cushion.of_table_5())
+    system = build_lumped(TWO, Cushion())
     found = response(system, [1e-3], ["floor z"], ["floor force z", "seat force z"])[0, :, 0].real
     np.testing.assert_allclose(-found / (2e-3 * np.pi) ** 2, [55 + 14.5, 55], rtol=1e-5)
 

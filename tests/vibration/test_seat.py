@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from posture_ik.errors import PostureIKError
-from posture_ik.vibration.seat import Cushion, Layer, law, law_stiffness
+from posture_ik.vibration.seat import law, law_stiffness
 
 
 @pytest.mark.parametrize("bilateral", [False, True])
@@ -36,8 +36,3 @@ def test_a_unilateral_law_is_the_same_when_pressed_and_nothing_when_left():
 def test_a_preload_that_no_law_bears_is_refused(preload, bilateral):
     with pytest.raises(PostureIKError, match=f"preload = {preload:g} N: must be at least"):
         law_stiffness(preload, bilateral)
-
-
-def test_table_5():
-    seat = Cushion.of_table_5()
-    assert seat == Cushion(Layer(13.5, 22.6e3, 750.0), Layer(1.0, 37.7e3, 159.0))
