@@ -107,6 +107,7 @@ def stirring() -> tuple[pik.Body, pik.Motion, pik.Problem]:
     settings = (
         "motion.rate=25",
         "activation.law=de_groote",
+        "activation.cost=squares",
         "activation.hand_force.left=[0, 0, -5]",
     )
     problem = pik.load_problem("pilot_cyclic", settings)
