@@ -50,7 +50,8 @@ class VibrationBlock(Block):
     with all that stands on it, or the backrest alone. `frames`: links whose motions are told; the
     head, the pelvis and all grips if not given. `gravity`:
     count the stiffness, negative for what stands, of the weight; `prestress`: that of the forces
-    with which the tasks hold the posture. The source counts neither. `grip`: whether a hand keeps
+    with which the tasks hold the posture. The source counts neither. `parameters`: stiffness and
+    damping of the source, or as calibrated to measurements. `grip`: whether a hand keeps
     hold of the lever it is on; what the other tasks hold is let go.
     """
 
@@ -59,6 +60,7 @@ class VibrationBlock(Block):
     input: Literal["seat", "backrest"] = "seat"
     frequencies: FrequencyBlock = FrequencyBlock()
     frames: tuple[str, ...] | None = None
+    parameters: Literal["source", "calibrated"] = "source"
     gravity: bool = False
     prestress: bool = False
     grip: bool = True

@@ -1,4 +1,4 @@
-"""The backrest: the mean motion of vertebrae at a point behind T7, and what holds it there.
+"""The backrest: the mean motion of vertebrae at a point behind one of them, and what holds it there.
 
 Nastran's RBE3 for small motions: with s_i the positions from their mean c, L the mean of |s_i| and
 the motions u_i, theta_i of the vertebrae, the mean rotation and the motion of the point r are
@@ -18,7 +18,7 @@ import pinocchio as pin
 
 from posture_ik.arrays import Array
 
-#: How far behind T7 the mean motion is taken, m (§5.2).
+#: How far behind its vertebra the mean motion is taken, m (§5.2).
 BEHIND = 0.1
 
 

@@ -24,6 +24,7 @@ from posture_ik.body.spine import VISCERA, inertias, nodes
 from posture_ik.body.tables import numbers, read_table, table
 from posture_ik.problem import COMPONENTS, SPINE, Cushion, FoamBack, RigidBack, Subject
 from posture_ik.vibration.backrest import BEHIND
+from posture_ik.vibration.factors import Factors
 from posture_ik.vibration.network import (
     Mass,
     Readout,
@@ -94,6 +95,7 @@ def build_finite_element(
     backrest: RigidBack | FoamBack | None = None,
     cushion: Cushion | None = None,
     values: OpenValues | None = None,
+    factors: Factors = Factors(),  # noqa: B008
 ) -> LinearSystem:
     """The finite-element model of a seated person.
 
@@ -103,6 +105,7 @@ def build_finite_element(
         backrest: what holds the back, if anything; it moves with the seat.
         cushion: the seat and cushion between the floor and the person, if any.
         values: in place of the identified ones.
+        factors: on the tables' stiffness and damping.
 
     Returns:
         A system whose coordinates are `Head x` to `S1 rz` (each body's motion at its node, in the
@@ -133,13 +136,13 @@ def build_finite_element(
     person = _person(Scale.of(subject), recline, row, below["floor"])
 
     masses = _masses(person)
-    springs = [*_bushings(person, values.bushing_fraction), *_viscera(person, values, row)]
+    springs = [*_bushings(person, values.bushing_fraction, factors), *_viscera(person, values, row)]
     parts = (cushion.seat, cushion.cushion) if cushion else ()
     for on, name, part in zip(("floor", "seat"), layers, parts, strict=False):
         masses.append(Mass(below[name][:3], part.mass * np.eye(3)))
         rise = (below[name] - below[on])[2:3]
         springs.append(Spring(rise, np.array([part.stiffness]), np.array([part.damping])))
-    buttocks, corners = _buttocks(person, values, under)
+    buttocks, corners = _buttocks(person, values, factors, under)
     readouts = [
         acceleration("Head", COMPONENTS, person.motions["Head"]),
         acceleration("S1", COMPONENTS, person.motions["S1"]),
@@ -148,7 +151,8 @@ def build_finite_element(
     ]
     springs.append(buttocks)
     if backrest:
-        relative, ends = _back(person, backrest.bodies, below[layers[0] if layers else "floor"])
+        behind = below[layers[0] if layers else "floor"]
+        relative, ends = _back(person, backrest.bodies, backrest.at, behind)
         pads = [(2, backrest.tangential_stiffness, backrest.tangential_damping)]
         if isinstance(backrest, FoamBack):
             pads.append((0, backrest.stiffness, backrest.damping))
@@ -210,28 +214,29 @@ def _masses(person: _Person) -> list[Mass]:
     return masses
 
 
-def _bushings(person: _Person, fraction: float) -> list[Spring]:
+def _bushings(person: _Person, fraction: float, factors: Factors) -> list[Spring]:
     """The bushings of tables 10 and 11, z along the chord from the lower node to the upper one."""
     springs = []
-    factors = np.array([person.scale.stiffness(component) for component in _SCALED_AS])
+    scales = np.array([person.scale.stiffness(component) for component in _SCALED_AS])
     for lower, upper in pairwise(SPINE):
         chord = person.points[upper] - person.points[lower]
         sin, cos = chord[[0, 2]] / np.linalg.norm(chord)
         axes = np.array([[cos, 0.0, -sin], [0.0, 1.0, 0.0], [sin, 0.0, cos]])
         stands = person.points[lower] + fraction * chord
         apart = person.at(upper, stands) - person.at(lower, stands)
-        stiffness, damping = _bushing(f"{upper}_{lower}")
+        stiffness, damping = _bushing(f"{upper}_{lower}", factors)
         turned = scipy.linalg.block_diag(axes, axes) @ apart
-        springs.append(Spring(turned, factors * stiffness, factors * damping))
+        springs.append(Spring(turned, scales * stiffness, scales * damping))
     return springs
 
 
-def _bushing(name: str) -> tuple[Array, Array]:
+def _bushing(name: str, factors: Factors) -> tuple[Array, Array]:
     """Stiffness and damping of a row of tables 11 and 10, (6,), x to rz."""
     stiffness = numbers(table("table_11_stiffness")[name], *(f"k{i}_N_{u}" for i, u in _COLUMNS))
     units = {"m": "s_m", "m_rad": "m_s_rad"}
     damping = numbers(table("table_10_damping")[name], *(f"c{i}_N_{units[u]}" for i, u in _COLUMNS))
-    return np.array(stiffness), np.array(damping)
+    softer, damped = factors.of_joint(name)
+    return softer * np.array(stiffness), damped * np.array(damping)
 
 
 def _viscera(person: _Person, values: OpenValues, row: Mapping[str, Array]) -> list[Spring]:
@@ -252,7 +257,9 @@ def _viscera(person: _Person, values: OpenValues, row: Mapping[str, Array]) -> l
     return springs
 
 
-def _buttocks(person: _Person, values: OpenValues, under: Array) -> tuple[Spring, Array]:
+def _buttocks(
+    person: _Person, values: OpenValues, factors: Factors, under: Array
+) -> tuple[Spring, Array]:
     """The four corners' springs, x to z each, and the motions of their lower ends, (12, 6).
 
     The corners stand level about the sacrum's `butt_up`, whatever the recline, and what lies under
@@ -265,20 +272,22 @@ def _buttocks(person: _Person, values: OpenValues, under: Array) -> tuple[Spring
             corner = person.points["butt_up"] + across * (front, side, 0.0)
             ends.append(carry(corner)[:3])
             stretch.append(person.at("S1", corner)[:3] - ends[-1] @ under)
-            k, c = _bushing(name)
+            k, c = _bushing(name, factors)
             stiffness.append(person.scale.stiffness("axial") * k[:3])
             damping.append(person.scale.stiffness("axial") * c[:3])
     spring = Spring(np.vstack(stretch), np.concatenate(stiffness), np.concatenate(damping))
     return spring, np.vstack(ends)
 
 
-def _back(person: _Person, bodies: Sequence[str], seat: Array) -> tuple[Array, Array]:
+def _back(
+    person: _Person, bodies: Sequence[str], at: str, seat: Array
+) -> tuple[Array, Array]:
     """The back's mean motion over the backrest's, (6, n), in the backrest's axes.
 
     With it the backrest's own motion by the seat's, (6, 6).
     """
-    at = person.points["T7"] - BEHIND * person.turn[:, 0]
+    point = person.points[at] - BEHIND * person.turn[:, 0]
     axes = scipy.linalg.block_diag(person.turn.T, person.turn.T)
-    mean = average([person.motions[b] for b in bodies], [person.points[b] for b in bodies], at)
-    end = axes @ carry(at)
+    mean = average([person.motions[b] for b in bodies], [person.points[b] for b in bodies], point)
+    end = axes @ carry(point)
     return axes @ mean - end @ seat, end

@@ -3,7 +3,7 @@
 Coordinates x are those of the posture, relative joint motions, and two for each viscus. What is
 prescribed, u, are motions: of the seat, six at the origin under the buttocks along the world's
 axes, that carries the backrest and the levers' pivots with it; of the backrest, at a point 0.1 m
-behind T7 along its own axes, and of each lever's pivot, beside that. All of u and x together have
+behind one of its vertebrae along its own axes, and of each lever's pivot, beside that. All of u and x together have
 
     M = the joint-space mass matrix of the model on its floor,
     C = dampers,    K = springs + d g/dq  [gravity] + sum lambda d² psi/dq²  [prestress],
@@ -40,6 +40,7 @@ from posture_ik.posture import Posture
 from posture_ik.posture.tasks import Gripped
 from posture_ik.problem import COMPONENTS, Hand, Problem, RigidBack, VibrationBlock
 from posture_ik.vibration.backrest import BEHIND, mean_motion, rigid_motion, turned
+from posture_ik.vibration.factors import Factors
 from posture_ik.vibration.person import MOTIONS, Person
 from posture_ik.vibration.system import LinearSystem, Port
 
@@ -134,8 +135,9 @@ class _Assembly:
         pin.crba(model, data, q)
         full = np.triu(data.M) + np.triu(data.M, 1).T
         mass[np.ix_(own, own)] = full[np.ix_(order, order)]
-        stiffness[own, own] = np.r_[np.zeros(6 * len(person.moved)), person.stiffness]
-        damping[own, own] = np.r_[np.zeros(6 * len(person.moved)), person.damping]
+        softer, damped = Factors.of(block.parameters).of_coordinates(person.coordinates)
+        stiffness[own, own] = np.r_[np.zeros(6 * len(person.moved)), softer * person.stiffness]
+        damping[own, own] = np.r_[np.zeros(6 * len(person.moved)), damped * person.damping]
         if block.gravity:
             falls = pin.computeGeneralizedGravityDerivatives(model, data, q)
             stiffness[np.ix_(own, own)] += falls[np.ix_(order, order)]
@@ -197,7 +199,7 @@ class _Assembly:
         back = problem.seat.backrest
         assert back is not None
         axes = pin.utils.rotate("y", -np.radians(problem.seat.recline_deg))
-        point = self.pose("T7").translation - BEHIND * axes[:, 0]
+        point = self.pose(back.at).translation - BEHIND * axes[:, 0]
         positions = [self.pose(body).translation for body in back.bodies]
         mean = mean_motion(positions, point) @ np.vstack([self.jacobian(b) for b in back.bodies])
         motion = turned(axes) @ mean

@@ -10,6 +10,7 @@ import xarray as xr
 from posture_ik.body import Body
 from posture_ik.posture import Posture
 from posture_ik.problem import Problem, VibrationBlock
+from posture_ik.vibration.factors import Factors
 from posture_ik.vibration.finite_element import build_finite_element
 from posture_ik.vibration.linear import linearise
 from posture_ik.vibration.lumped import build_lumped, load_lumped
@@ -96,5 +97,8 @@ def model_of(name: str, body: Body, posture: Posture, problem: Problem) -> Linea
         return linearise(body, posture, problem, frames)
     if name == "finite_element":
         recline = float(np.radians(seat.recline_deg))
-        return build_finite_element(problem.subject, recline, seat.backrest, seat.cushion)
+        factors = Factors.of(problem.vibration.parameters if problem.vibration else "source")
+        return build_finite_element(
+            problem.subject, recline, seat.backrest, seat.cushion, factors=factors
+        )
     return build_lumped(load_lumped(name.removeprefix("lumped:")), seat.cushion)
