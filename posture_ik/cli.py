@@ -16,6 +16,7 @@ from posture_ik.errors import BadProblem, PostureIKError
 from posture_ik.exchange import (
     read_posture,
     write_activation,
+    write_identification,
     write_mbdyn,
     write_motion,
     write_posture,
@@ -27,6 +28,7 @@ from posture_ik.muscle import Activity, reach, solve_activation
 from posture_ik.posture import Motion, Posture, Trajectory, solve_posture
 from posture_ik.posture import move as solve_motion
 from posture_ik.problem import Problem, example_problems, load_problem
+from posture_ik.reference import compare as compare_with_source
 from posture_ik.show import view as serve
 from posture_ik.show import (
     write_activation_report,
@@ -34,6 +36,7 @@ from posture_ik.show import (
     write_report,
     write_view,
 )
+from posture_ik.show.comparison import comparison, identification, write_comparison
 from posture_ik.show.muscle_summary import activation_record, activation_summary
 from posture_ik.show.summary import (
     as_record,
@@ -43,6 +46,8 @@ from posture_ik.show.summary import (
     trajectory_record,
     trajectory_summary,
 )
+from posture_ik.vibration.identify import Parameters
+from posture_ik.vibration.identify import identify as search
 
 app = typer.Typer(
     help="The posture a seated person takes, from one problem file.",
@@ -199,6 +204,42 @@ def export(
         else:
             write_urdf(body, scratch / "model.urdf")
     _out.print(f"Wrote {folder / _FORMATS[to]}.")
+
+
+@app.command()
+def compare(output: Output = None, as_json: Json = False) -> None:
+    """Lay the source's published numbers beside ours; write them as a page where -o says."""
+    with _progress(quiet=as_json) as progress:
+        step = progress.add_task("comparing", total=None)
+        rows = compare_with_source(lambda what: progress.update(step, description=what))
+    if output is not None:
+        with whole_folder(output) as scratch:
+            write_comparison(rows, scratch / "compare.html")
+    if as_json:
+        print(json.dumps(rows))
+    else:
+        _out.print(comparison(rows))
+
+
+@app.command()
+def identify(
+    parameters: Annotated[
+        Parameters, typer.Argument(help="What to search: source or calibrated.")
+    ] = "source",
+    output: Output = None,
+    as_json: Json = False,
+) -> None:
+    """Search the values that the source leaves open, or calibrate its model; takes minutes."""
+    with _progress(quiet=as_json) as progress:
+        step = progress.add_task("searching", total=None)
+        found = search(parameters, lambda what: progress.update(step, description=what))
+    if output is not None:
+        with whole_folder(output) as scratch:
+            write_identification(found, scratch)
+    if as_json:
+        print(json.dumps([found]))
+    else:
+        _out.print(identification(found))
 
 
 @app.command()

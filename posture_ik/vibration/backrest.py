@@ -1,4 +1,4 @@
-"""The backrest: the mean motion of vertebrae at a point behind one of them, and what holds it there.
+"""The backrest: the mean motion of vertebrae at a point behind one, and what holds it there.
 
 Nastran's RBE3 for small motions: with s_i the positions from their mean c, L the mean of |s_i| and
 the motions u_i, theta_i of the vertebrae, the mean rotation and the motion of the point r are

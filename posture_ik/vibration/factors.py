@@ -62,9 +62,7 @@ class Factors(NamedTuple):
         flexion = self.neck_flexion if neck else self.trunk_flexion
         lateral = self.neck_lateral if neck else self.trunk_lateral
         stiffness = np.array([1.0, 1.0, 1.0, lateral, flexion, 1.0])
-        return stiffness, np.array(
-            [1.0, 1.0, 1.0, self.lateral_damping, self.flexion_damping, 1.0]
-        )
+        return stiffness, np.array([1.0, 1.0, 1.0, self.lateral_damping, self.flexion_damping, 1.0])
 
     def of_coordinates(self, coordinates: Sequence[str]) -> tuple[Array, Array]:
         """On the springs and on the dampers of the body's coordinates (`L4_L5_ry`), (n,) each.
@@ -80,3 +78,6 @@ class Factors(NamedTuple):
                 found[:, i] = [own[COMPONENTS.index(component)] for own in self.of_joint(joint)]
         return found[0], found[1]
 
+
+#: The tables as they are.
+SOURCE = Factors()

@@ -24,7 +24,7 @@ from posture_ik.body.spine import VISCERA, inertias, nodes
 from posture_ik.body.tables import numbers, read_table, table
 from posture_ik.problem import COMPONENTS, SPINE, Cushion, FoamBack, RigidBack, Subject
 from posture_ik.vibration.backrest import BEHIND
-from posture_ik.vibration.factors import Factors
+from posture_ik.vibration.factors import SOURCE, Factors
 from posture_ik.vibration.network import (
     Mass,
     Readout,
@@ -95,7 +95,7 @@ def build_finite_element(
     backrest: RigidBack | FoamBack | None = None,
     cushion: Cushion | None = None,
     values: OpenValues | None = None,
-    factors: Factors = Factors(),  # noqa: B008
+    factors: Factors = SOURCE,
 ) -> LinearSystem:
     """The finite-element model of a seated person.
 
@@ -279,9 +279,7 @@ def _buttocks(
     return spring, np.vstack(ends)
 
 
-def _back(
-    person: _Person, bodies: Sequence[str], at: str, seat: Array
-) -> tuple[Array, Array]:
+def _back(person: _Person, bodies: Sequence[str], at: str, seat: Array) -> tuple[Array, Array]:
     """The back's mean motion over the backrest's, (6, n), in the backrest's axes.
 
     With it the backrest's own motion by the seat's, (6, 6).

@@ -3,7 +3,7 @@
 Coordinates x are those of the posture, relative joint motions, and two for each viscus. What is
 prescribed, u, are motions: of the seat, six at the origin under the buttocks along the world's
 axes, that carries the backrest and the levers' pivots with it; of the backrest, at a point 0.1 m
-behind one of its vertebrae along its own axes, and of each lever's pivot, beside that. All of u and x together have
+behind a vertebra along its own axes, and of each lever's pivot, beside that. All of u and x have
 
     M = the joint-space mass matrix of the model on its floor,
     C = dampers,    K = springs + d g/dq  [gravity] + sum lambda d² psi/dq²  [prestress],
