@@ -171,12 +171,53 @@ def acceleration(name: str, components: Sequence[str], motion: Array) -> Readout
     return Readout(ports, np.stack([np.zeros_like(motion), np.zeros_like(motion), motion]))
 
 
+def travel(name: str, components: Sequence[str], motion: Array) -> Readout:
+    """Read out a motion (k, n), its rate and acceleration, such as `Head velocity z`."""
+    none = np.zeros_like(motion)
+    orders = "", "velocity ", "acceleration "
+    rates = "", "/s", "/s^2"
+    ports = tuple(
+        Port(f"{name} {order}{c}", ("rad" if c.startswith("r") else "m") + rate)
+        for order, rate in zip(orders, rates, strict=True)
+        for c in components
+    )
+    rows = [np.concatenate([motion if i == k else none for i in range(3)]) for k in range(3)]
+    return Readout(ports, np.stack(rows))
+
+
+def strain(names: Sequence[str], spring: Spring) -> Readout:
+    """Read out the stretch of k springs and the force of spring and damper against it.
+
+    Args:
+        names: of the springs, such as `L4_L5_axial` and, of a hinge, `L4_L5_ry`.
+        spring: k of them.
+    """
+    turns = [name.rpartition("_")[2].startswith("r") for name in names]
+    ports = (
+        *(Port(name, "rad" if turn else "m") for name, turn in zip(names, turns, strict=True)),
+        *(
+            Port(f"{name} force", "N m" if turn else "N")
+            for name, turn in zip(names, turns, strict=True)
+        ),
+    )
+    none = np.zeros_like(spring.stretch)
+    stiff, damped = spring.stiffness[:, None], spring.damping[:, None]
+    rows = [
+        np.vstack([spring.stretch, stiff * spring.stretch]),
+        np.vstack([none, damped * spring.stretch]),
+        np.vstack([none, none]),
+    ]
+    return Readout(ports, np.stack(rows))
+
+
 def force(name: str, components: Sequence[str], rows: Array) -> Readout:
     """Read out a force from its rows (3, k, n), such as `seat force z`."""
-    ports = tuple(
-        Port(f"{name} force {c}", "N m" if c.startswith("r") else "N") for c in components
-    )
-    return Readout(ports, rows)
+    return Readout(force_ports(name, components), rows)
+
+
+def force_ports(name: str, components: Sequence[str]) -> tuple[Port, ...]:
+    """The force and moment of a thing, such as `seat force z`."""
+    return tuple(Port(f"{name} force {c}", "N m" if c.startswith("r") else "N") for c in components)
 
 
 def motion_ports(name: str, components: Sequence[str]) -> tuple[Port, ...]:
