@@ -23,21 +23,22 @@ from posture_ik.vibration.seat import law_stiffness
 
 #: How far behind T7 the mean motion is taken, m (§5.2).
 BEHIND = 0.1
-#: Places of the components across and along the back, and of all that a rigid one holds.
+#: Places of the components across and along the back.
 _ACROSS, _ALONG = COMPONENTS.index("x"), COMPONENTS.index("z")
-HOLDS = [i for i in range(6) if i != _ALONG]
 
 
 class Leaning(NamedTuple):
     """A back against a backrest, over the n coordinates and given motions of a model.
 
     Attributes:
-        held: motions (5, n) that a rigid backrest leaves none of, or (0, n).
-        pad: springs and dampers, of the components `at` of the backrest's motion.
+        held: motions (5, n) of which a rigid backrest leaves nothing; (0, n) of foam.
+        holds: which of the backrest's six they are, one in each row; (5, 6) or (0, 6).
+        pad: springs and dampers against it, of the components `at`.
         carried: from the motion of the seat at its origin to the backrest's, (6, 6).
     """
 
     held: Array
+    holds: Array
     pad: Spring
     at: list[int]
     carried: Array
@@ -80,8 +81,9 @@ def lean(
         stiffness.append(back.stiffness)
         damping.append(back.damping)
     pad = Spring(motion[places], np.array(stiffness), np.array(damping))
-    held = motion[HOLDS] if isinstance(back, RigidBack) else motion[:0]
-    return Leaning(held, pad, places, carried)
+    holds = np.delete(np.eye(6), _ALONG, axis=0)
+    holds = holds if isinstance(back, RigidBack) else holds[:0]
+    return Leaning(holds @ motion, holds, pad, places, carried)
 
 
 def at_preload(

@@ -5,8 +5,9 @@ The buttocks are four corner springs under a plate that the sacrum carries. Visc
 vertebra but along x and z, where they move on springs; a column of springs joins them (table 12),
 each along the line through its two nodes. The arms are two point masses that T2 carries.
 
-A reclined person is the erect one turned rigidly about the seat, with all springs but those of the
-buttocks, which keep the seat's axes. What the source leaves open is in `OpenValues`.
+A reclined person is the erect one turned rigidly about the seat, or the one of a solved posture;
+all springs turn with it but those of the buttocks, which keep the seat's axes. A bushing turns with
+its lower vertebra. What the source leaves open is in `OpenValues`.
 """
 
 from __future__ import annotations
@@ -22,21 +23,23 @@ from posture_ik.arrays import Array
 from posture_ik.body.scaling import REFERENCE, Scale
 from posture_ik.body.spine import VISCERA, inertias, nodes
 from posture_ik.body.tables import numbers, read_table, table
-from posture_ik.problem import COMPONENTS, SPINE, Cushion, FoamBack, RigidBack, Subject
-from posture_ik.vibration.backrest import BEHIND
+from posture_ik.errors import PostureIKError, nearest
+from posture_ik.posture import Posture
+from posture_ik.problem import COMPONENTS, SPINE, Cushion, FoamBack, LawBack, RigidBack, Subject
+from posture_ik.vibration.backrest import at_preload, backrest_axes, lean
 from posture_ik.vibration.network import (
     Mass,
     Readout,
     Spring,
-    acceleration,
     assemble,
-    average,
     carry,
     drive,
     exerted,
     force,
     hold,
     motion_ports,
+    strain,
+    travel,
 )
 from posture_ik.vibration.seat import DATA
 from posture_ik.vibration.system import LinearSystem
@@ -46,8 +49,8 @@ TIE_DAMPING_TIME = 0.1
 #: Viscera that move on their vertebra; those of T10 and S1 are fixed to theirs.
 LOOSE = VISCERA[1:-1][::-1]
 _COLUMNS = ("11", "m"), ("22", "m"), ("33", "m"), ("44", "m_rad"), ("55", "m_rad"), ("66", "m_rad")
-#: What a rigid backrest holds of the back's motion: all but the slide along it.
-_FIXED = [0, 1, 3, 4, 5]
+#: Components of a bushing, as the posture's coordinates are named.
+BUSHING = ("x", "y", "axial", "rx", "ry", "rz")
 _SCALED_AS = ("axial", "axial", "axial", "rx", "ry", "rz")
 
 
@@ -76,11 +79,11 @@ class OpenValues(NamedTuple):
 
 
 class _Person(NamedTuple):
-    """A person's points (3,), m, turned back, and motions (6, n); `turn` is the turn, (3, 3)."""
+    """A person's points (3,), m, turns from the reference shape, (3, 3), and motions (6, n)."""
 
     scale: Scale
-    turn: Array
     points: Mapping[str, Array]
+    turns: Mapping[str, Array]
     motions: Mapping[str, Array]
 
     def at(self, body: str, point: Array) -> Array:
@@ -91,9 +94,12 @@ class _Person(NamedTuple):
 def build_finite_element(
     subject: Subject = REFERENCE,
     recline: float = 0.0,
-    backrest: RigidBack | FoamBack | None = None,
+    backrest: RigidBack | FoamBack | LawBack | None = None,
     cushion: Cushion | None = None,
     values: OpenValues | None = None,
+    posture: Posture | None = None,
+    frames: Sequence[str] = ("Head", "S1"),
+    discs: Sequence[str] = (),
 ) -> LinearSystem:
     """The finite-element model of a seated person.
 
@@ -103,6 +109,10 @@ def build_finite_element(
         backrest: what holds the back, if anything; it moves with the seat.
         cushion: the seat and cushion between the floor and the person, if any.
         values: in place of the identified ones.
+        posture: gives the person its shape, in place of the erect one reclined.
+        frames: vertebrae, viscera and `Head`, whose position, velocity and acceleration are
+            outputs, along the world's axes (`Head z`, `Head acceleration z`).
+        discs: joints, such as `L4_L5`, whose strains and forces are outputs.
 
     Returns:
         A system whose coordinates are `Head x` to `S1 rz` (each body's motion at its node, in the
@@ -111,98 +121,135 @@ def build_finite_element(
         with the input as one rigid body. A rigid backrest eliminates five of them.
 
         Inputs are six motions about the seat's origin, `seat x` to `seat rz`; with a cushion
-        `floor x` to `floor rz`, which it follows in all but z. Outputs are accelerations of
-        `Head`, `S1` and, with a cushion, `seat z` and `cushion z`; and the forces, with moments
-        about the seat's origin, that act on the person from below (`seat force x` to `rz`) and
-        from the backrest (`backrest force x` to `rz`), and on the seat from the floor.
+        `floor x` to `floor rz`, which it follows in all but z; and with a backrest `backrest x`
+        to `rz`, its motion beside the seat's, at a point 0.1 m behind T7 along its own axes.
+        Outputs are motions of the frames and, with a cushion, of `seat z` and `cushion z`; of each
+        disc its strains and the forces of spring and damper against them (`L4_L5_axial`,
+        `L4_L5_axial force`, and likewise `x`, `y`, `rx`, `ry`, `rz`); the forces, with moments
+        about the seat's origin, that act on the person from below (`seat force x` to `rz`), on
+        all (`total force x` to `rz`) and on the seat from the floor; and from the backrest, along
+        its axes at its point (`backrest force x` to `rz`).
+
+    Raises:
+        PostureIKError: there is no such frame or disc, the posture's body lacks a vertebra, or the
+            backrest does not bear its preload (`at_preload`).
     """
     values = values or OpenValues.identified()
     layers = ("seat", "cushion") if cushion else ()
     ground = "floor" if cushion else "seat"
+    moved = (ground, "backrest") if backrest else (ground,)
     coordinates = (
         *(f"{body} {component}" for body in SPINE[::-1] for component in COMPONENTS),
         *(f"{viscus} {component}" for viscus in LOOSE for component in "xz"),
         *(f"{layer} z" for layer in layers),
     )
-    row = dict(zip((*coordinates, *COMPONENTS), np.eye(len(coordinates) + 6), strict=True))
-    below = {"floor": np.stack([row[component] for component in COMPONENTS])}
+    n = len(coordinates)
+    every = np.eye(n + 6 * len(moved))
+    row = dict(zip(coordinates, every, strict=False))
+    floor, own = every[n : n + 6], every[n + 6 :]
+    below = {layer: floor.copy() for layer in layers}
     for layer in layers:
-        below[layer] = below["floor"].copy()
         below[layer][2] += row[f"{layer} z"]
-    under = below[layers[-1] if layers else "floor"]
-    person = _person(Scale.of(subject), recline, row, below["floor"])
+    person = _person(Scale.of(subject), recline, row, floor, posture)
 
     masses = _masses(person)
-    springs = [*_bushings(person, values.bushing_fraction), *_viscera(person, values, row)]
-    parts = (cushion.seat, cushion.cushion) if cushion else ()
-    for on, name, part in zip(("floor", "seat"), layers, parts, strict=False):
-        masses.append(Mass(below[name][:3], part.mass * np.eye(3)))
-        rise = (below[name] - below[on])[2:3]
+    bushings = _bushings(person, values.bushing_fraction)
+    springs = [*bushings.values(), *_viscera(person, values, row)]
+    on = floor
+    for layer, part in zip(layers, (cushion.seat, cushion.cushion) if cushion else (), strict=True):
+        masses.append(Mass(below[layer][:3], part.mass * np.eye(3)))
+        rise = (below[layer] - on)[2:3]
         springs.append(Spring(rise, np.array([part.stiffness]), np.array([part.damping])))
-    buttocks, corners = _buttocks(person, values, under)
+        on = below[layer]
+    buttocks, corners = _buttocks(person, values, on)
+    springs.append(buttocks)
     readouts = [
-        acceleration("Head", COMPONENTS, person.motions["Head"]),
-        acceleration("S1", COMPONENTS, person.motions["S1"]),
-        *(acceleration(layer, "z", below[layer][2:3]) for layer in layers),
+        *(travel(frame, COMPONENTS, _motion(person, frame)) for frame in frames),
+        *(travel(layer, "z", below[layer][2:3]) for layer in layers),
+        *(_strained(bushings, disc) for disc in discs),
         force("seat", COMPONENTS, exerted(buttocks, corners)),
     ]
-    springs.append(buttocks)
+    leaning = None
     if backrest:
-        relative, ends = _back(person, backrest.bodies, below[layers[0] if layers else "floor"])
-        pads = [(2, backrest.tangential_stiffness, backrest.tangential_damping)]
-        if isinstance(backrest, FoamBack):
-            pads.append((0, backrest.stiffness, backrest.damping))
-        at, stiffness, damping = (np.array(column) for column in zip(*pads, strict=True))
-        pad = Spring(relative[at], stiffness, damping)
-        springs.append(pad)
+        back, seat = at_preload(backrest, posture), below.get("seat", floor)
+        leaning = lean(back, recline, person.points, person.motions, seat, own)
+        springs.append(leaning.pad)
     matrices = assemble(masses, springs)
-    if backrest:
-        push = exerted(pad, ends[at])
-        if isinstance(backrest, RigidBack):
-            held = hold(relative[_FIXED], matrices, len(coordinates))
-            push += ends[_FIXED].T @ held.forces
+    if leaning:
+        held = hold(leaning.held, matrices, n)
+        push = exerted(leaning.pad, np.eye(6)[leaning.at]) + leaning.holds.T @ held.forces
         readouts.append(force("backrest", COMPONENTS, push))
-    if isinstance(backrest, RigidBack):
-        coordinates = tuple(coordinates[i] for i in held.kept[:-6])
         matrices = held.every.T @ matrices @ held.every
         readouts = [Readout(readout.ports, readout.rows @ held.every) for readout in readouts]
-    if cushion:
-        readouts.append(force("floor", COMPONENTS, matrices[:, -6:]))
-    return drive(coordinates, motion_ports(ground, COMPONENTS), matrices, readouts)
+        coordinates = tuple(coordinates[i] for i in held.kept[: -6 * len(moved)])
+        n = len(coordinates)
+    for name in ("floor", "total") if cushion else ("total",):
+        readouts.append(force(name, COMPONENTS, matrices[:, n : n + 6]))
+    inputs = [port for name in moved for port in motion_ports(name, COMPONENTS)]
+    return drive(coordinates, inputs, matrices, readouts)
 
 
-def _person(scale: Scale, recline: float, row: Mapping[str, Array], floor: Array) -> _Person:
+def _person(
+    scale: Scale, recline: float, row: Mapping[str, Array], floor: Array, posture: Posture | None
+) -> _Person:
     """The person's points, turned, and the motions of all that has a node.
 
     Each coordinate is a motion relative to the floor's. So springs stretch by coordinates alone,
     and the small difference of two large forces, by which a slow motion is accelerated, is not lost
     in the rounding of stiff springs.
     """
-    c, s = np.cos(recline), np.sin(recline)
-    turn = np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]])
-    points = {name: turn @ point for name, point in nodes(scale).items()}
+    place, turn = nodes(scale), backrest_axes(recline)
+    points = {body: turn @ place[body] for body in SPINE}
+    turns = dict.fromkeys(SPINE, turn)
+    if posture:
+        lacking = [body for body in SPINE if body not in posture.frames]
+        if lacking:
+            raise PostureIKError(
+                f"vibration: the posture's body has no {', '.join(lacking)}, and so no shape for "
+                'the finite-element model; take shape = "rigid".'
+            )
+        points = {body: posture.frames[body].translation for body in SPINE}
+        turns = {body: posture.frames[body].rotation for body in SPINE}
     motions = {
         body: np.stack([row[f"{body} {c}"] for c in COMPONENTS]) + carry(points[body]) @ floor
         for body in SPINE
     }
-    person = _Person(scale, turn, points, motions)
-    for viscus in VISCERA:
-        motions[viscus] = person.at(viscus.removesuffix("V"), points[viscus])
-        if viscus in LOOSE:
-            motions[viscus][:3] += np.outer(turn[:, 0], row[f"{viscus} x"])
-            motions[viscus][:3] += np.outer(turn[:, 2], row[f"{viscus} z"])
-    for arm in ("L_arm", "R_arm"):
-        motions[arm] = person.at("T2", points[arm])
+    person = _Person(scale, points, turns, motions)
+    carriers = {viscus: viscus.removesuffix("V") for viscus in VISCERA}
+    carriers |= {"L_arm": "T2", "R_arm": "T2", "butt_up": "S1"}
+    for name, body in carriers.items():
+        turns[name] = turns[body]
+        points[name] = points[body] + turns[body] @ (place[name] - place[body])
+        motions[name] = person.at(body, points[name])
+    for viscus in LOOSE:
+        for axis, component in zip(turns[viscus].T[[0, 2]], "xz", strict=True):
+            motions[viscus][:3] += np.outer(axis, row[f"{viscus} {component}"])
     return person
+
+
+def _motion(person: _Person, frame: str) -> Array:
+    if frame not in person.motions:
+        known = nearest(frame, person.motions)
+        raise PostureIKError(
+            f"vibration: the finite-element model has no link called {frame!r}; {known}"
+        )
+    return person.motions[frame]
+
+
+def _strained(bushings: Mapping[str, Spring], disc: str) -> Readout:
+    if disc not in bushings:
+        known = nearest(disc, bushings)
+        raise PostureIKError(f"vibration: the body has no disc called {disc!r}; {known}")
+    return strain([f"{disc}_{component}" for component in BUSHING], bushings[disc])
 
 
 def _masses(person: _Person) -> list[Mass]:
     """The masses of table 9, each at its offset from its node; the arms' are points."""
     masses = []
     for name, inertia in inertias(person.scale).items():
-        centre = person.points[name] + person.turn @ inertia.centre
-        tensor = person.turn @ inertia.tensor @ person.turn.T
-        matrix = scipy.linalg.block_diag(inertia.mass * np.eye(3), tensor)
+        turn = person.turns[name]
+        centre = person.points[name] + turn @ inertia.centre
+        matrix = scipy.linalg.block_diag(inertia.mass * np.eye(3), turn @ inertia.tensor @ turn.T)
         masses.append(Mass(person.at(name, centre), matrix))
     for arm in ("L_arm", "R_arm"):
         mass = person.scale.mass * float(table("table_9_masses")[arm]["mass_kg"])
@@ -210,19 +257,24 @@ def _masses(person: _Person) -> list[Mass]:
     return masses
 
 
-def _bushings(person: _Person, fraction: float) -> list[Spring]:
-    """The bushings of tables 10 and 11, z along the chord from the lower node to the upper one."""
-    springs = []
+def _bushings(person: _Person, fraction: float) -> dict[str, Spring]:
+    """The bushings of tables 10 and 11, z along the chord from the lower node to the upper one.
+
+    Each stands on the lower vertebra, where the upper one holds it: in a bent spine as the joints
+    of the multibody model do.
+    """
+    springs, place = {}, nodes(person.scale)
     factors = np.array([person.scale.stiffness(component) for component in _SCALED_AS])
     for lower, upper in pairwise(SPINE):
-        chord = person.points[upper] - person.points[lower]
+        chord = place[upper] - place[lower]
         sin, cos = chord[[0, 2]] / np.linalg.norm(chord)
-        axes = np.array([[cos, 0.0, -sin], [0.0, 1.0, 0.0], [sin, 0.0, cos]])
-        stands = person.points[lower] + fraction * chord
+        chord_axes = np.array([[cos, 0.0, sin], [0.0, 1.0, 0.0], [-sin, 0.0, cos]])
+        axes = (person.turns[lower] @ chord_axes).T
+        stands = person.points[upper] - (1 - fraction) * person.turns[upper] @ chord
         apart = person.at(upper, stands) - person.at(lower, stands)
         stiffness, damping = _bushing(f"{upper}_{lower}")
         turned = scipy.linalg.block_diag(axes, axes) @ apart
-        springs.append(Spring(turned, factors * stiffness, factors * damping))
+        springs[f"{upper}_{lower}"] = Spring(turned, factors * stiffness, factors * damping)
     return springs
 
 
@@ -270,15 +322,3 @@ def _buttocks(person: _Person, values: OpenValues, under: Array) -> tuple[Spring
             damping.append(person.scale.stiffness("axial") * c[:3])
     spring = Spring(np.vstack(stretch), np.concatenate(stiffness), np.concatenate(damping))
     return spring, np.vstack(ends)
-
-
-def _back(person: _Person, bodies: Sequence[str], seat: Array) -> tuple[Array, Array]:
-    """The back's mean motion over the backrest's, (6, n), in the backrest's axes.
-
-    With it the backrest's own motion by the seat's, (6, 6).
-    """
-    at = person.points["T7"] - BEHIND * person.turn[:, 0]
-    axes = scipy.linalg.block_diag(person.turn.T, person.turn.T)
-    mean = average([person.motions[b] for b in bodies], [person.points[b] for b in bodies], at)
-    end = axes @ carry(at)
-    return axes @ mean - end @ seat, end
