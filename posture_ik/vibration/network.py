@@ -124,6 +124,8 @@ def hold(constraint: Array, matrices: Array, free: int) -> Held:
         free: how many coordinates may be eliminated; the given motions behind them may not.
     """
     c, n = constraint.shape
+    if not c:
+        return Held(np.arange(n), np.eye(n), np.zeros((3, 0, n)))
     out = scipy.linalg.qr(constraint[:, :free], mode="r", pivoting=True)[1][:c]
     kept = np.setdiff1d(np.arange(n), out)
     every = np.zeros((n, n - c))
