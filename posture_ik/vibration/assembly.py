@@ -32,7 +32,7 @@ from posture_ik.problem import (
     RigidBack,
     VibrationBlock,
 )
-from posture_ik.vibration.backrest import at_preload, lean
+from posture_ik.vibration.backrest import at_preload, lean, rest_on
 from posture_ik.vibration.network import carry
 from posture_ik.vibration.person import Person
 
@@ -223,12 +223,14 @@ class Assembly:
 
     def lean_on(self, back: RigidBack | FoamBack, recline: float) -> None:
         """Set the backrest against the mean motion of its vertebrae, beside the seat's."""
-        points = {body: self.pose(body).translation for body in {*back.bodies, "T7"}}
-        motions = {body: self.jacobian(body) for body in back.bodies}
-        leaning = lean(back, recline, points, motions, self.seat(), self.motion("backrest"))
-        self.carried["backrest"] = leaning.carried
-        self.held.append(leaning.held)
-        self.join(*leaning.pad)
+        mean, link = rest_on(back, recline, self.pose("T7").translation)
+        points = {body: self.pose(body).translation for body in mean.of}
+        motions = {body: self.jacobian(body) for body in mean.of}
+        motion, carried = lean(mean, points, motions, self.seat(), self.motion("backrest"))
+        self.carried["backrest"] = carried
+        self.held.append(motion[list(link.rigid)])
+        at = link.sprung
+        self.join(motion[at], link.stiffness[at], link.damping[at])
 
     def grip(self, posture: Posture) -> None:
         """Hold each hand that is on a lever to its handle, in what its task holds."""

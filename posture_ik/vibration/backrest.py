@@ -9,7 +9,6 @@ give the same. A law is taken as the foam that it is for small motions about its
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg
@@ -18,7 +17,7 @@ from posture_ik.arrays import Array
 from posture_ik.errors import PostureIKError
 from posture_ik.posture import Posture
 from posture_ik.problem import COMPONENTS, FoamBack, LawBack, RigidBack
-from posture_ik.vibration.network import Spring, average, carry
+from posture_ik.vibration.network import Link, Mean, average, carry
 from posture_ik.vibration.seat import law_stiffness
 
 #: How far behind T7 the mean motion is taken, m (§5.2).
@@ -27,63 +26,51 @@ BEHIND = 0.1
 _ACROSS, _ALONG = COMPONENTS.index("x"), COMPONENTS.index("z")
 
 
-class Leaning(NamedTuple):
-    """A back against a backrest, over the n coordinates and given motions of a model.
-
-    Attributes:
-        held: motions (5, n) of which a rigid backrest leaves nothing; (0, n) of foam.
-        holds: which of the backrest's six they are, one in each row; (5, 6) or (0, 6).
-        pad: springs and dampers against it, of the components `at`.
-        carried: from the motion of the seat at its origin to the backrest's, (6, 6).
-    """
-
-    held: Array
-    holds: Array
-    pad: Spring
-    at: list[int]
-    carried: Array
-
-
 def backrest_axes(recline: float) -> Array:
     """Axes of a backrest reclined by an angle, rad: square to it, left, and along it; (3, 3)."""
     c, s = np.cos(recline), np.sin(recline)
     return np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]])
 
 
-def lean(
-    back: RigidBack | FoamBack,
-    recline: float,
-    points: Mapping[str, Array],
-    motions: Mapping[str, Array],
-    seat: Array,
-    own: Array,
-) -> Leaning:
-    """Set the mean motion of a back's vertebrae against the backrest's, along its axes.
+def rest_on(back: RigidBack | FoamBack, recline: float, vertebra: Array) -> tuple[Mean, Link]:
+    """The mean motion that meets a backrest, and what holds it there.
 
     Args:
         back: which vertebrae, and what they meet.
         recline: of the backrest, rad.
-        points: of the vertebrae and T7, (3,) each, m.
+        vertebra: where T7 is, (3,), m.
+    """
+    axes = backrest_axes(recline)
+    point = vertebra - BEHIND * axes[:, 0]
+    stiffness, damping = np.zeros(6), np.zeros(6)
+    stiffness[_ALONG], damping[_ALONG] = back.tangential_stiffness, back.tangential_damping
+    if isinstance(back, FoamBack):
+        stiffness[_ACROSS], damping[_ACROSS] = back.stiffness, back.damping
+    # A rigid one leaves the slide along the back alone.
+    rigid = tuple(i for i in range(6) if i != _ALONG) if isinstance(back, RigidBack) else ()
+    mean = Mean("back", point, axes, back.bodies)
+    return mean, Link("backrest", "seat", "back", point, axes, stiffness, damping, rigid)
+
+
+def lean(
+    mean: Mean, points: Mapping[str, Array], motions: Mapping[str, Array], seat: Array, own: Array
+) -> tuple[Array, Array]:
+    """The mean motion of a back over the backrest's, along its axes.
+
+    Args:
+        mean: of which vertebrae, and where.
+        points: of the vertebrae, (3,) each, m.
         motions: of the vertebrae, (6, n) each, in the world's axes.
         seat: motion of the seat at its origin, (6, n), which carries the backrest.
         own: the backrest's motion beside it, along its axes, (6, n).
+
+    Returns:
+        The motion (6, n), and what takes the seat's motion to the backrest's, (6, 6).
     """
-    axes = backrest_axes(recline)
-    at = points["T7"] - BEHIND * axes[:, 0]
-    mean = average([motions[b] for b in back.bodies], [points[b] for b in back.bodies], at)
-    turned = scipy.linalg.block_diag(axes.T, axes.T)
-    carried = turned @ carry(at)
-    motion = turned @ mean - carried @ seat - own
-    places = [_ALONG]
-    stiffness, damping = [back.tangential_stiffness], [back.tangential_damping]
-    if isinstance(back, FoamBack):
-        places.append(_ACROSS)
-        stiffness.append(back.stiffness)
-        damping.append(back.damping)
-    pad = Spring(motion[places], np.array(stiffness), np.array(damping))
-    holds = np.delete(np.eye(6), _ALONG, axis=0)
-    holds = holds if isinstance(back, RigidBack) else holds[:0]
-    return Leaning(holds @ motion, holds, pad, places, carried)
+    turned = scipy.linalg.block_diag(mean.axes.T, mean.axes.T)
+    carried = turned @ carry(mean.point)
+    back = average([motions[b] for b in mean.of], [points[b] for b in mean.of], mean.point)
+    return turned @ back - carried @ seat - own, carried
 
 
 def at_preload(

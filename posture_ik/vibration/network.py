@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 import scipy.linalg
 
 from posture_ik.arrays import Array
@@ -31,6 +32,42 @@ class Spring(NamedTuple):
     stretch: Array
     stiffness: Array
     damping: Array
+
+
+class Mean(NamedTuple):
+    """A node that takes the mean motion of others (`average`)."""
+
+    name: str
+    point: Array
+    axes: Array
+    of: tuple[str, ...]
+
+
+class Link(NamedTuple):
+    """Springs and dampers between what two nodes carry at one point.
+
+    Attributes:
+        name: of the joint, such as `L4_L5`.
+        lower, upper: nodes.
+        point: where, (3,), m.
+        axes: columns, (3, 3).
+        stiffness, damping: along and about the axes, (6,).
+        rigid: components that let nothing move, in place of springs.
+    """
+
+    name: str
+    lower: str
+    upper: str
+    point: Array
+    axes: Array
+    stiffness: Array
+    damping: Array
+    rigid: tuple[int, ...] = ()
+
+    @property
+    def sprung(self) -> list[int]:
+        """Components with a spring or a damper."""
+        return [int(i) for i in np.flatnonzero(np.abs(self.stiffness) + np.abs(self.damping))]
 
 
 class Readout(NamedTuple):
@@ -107,7 +144,7 @@ class Held(NamedTuple):
         forces: what holds A x at zero, rows (3, c, n) by order of derivative.
     """
 
-    kept: Array
+    kept: npt.NDArray[np.intp]
     every: Array
     forces: Array
 
