@@ -48,11 +48,13 @@ class VibrationBlock(Block):
 
     `beside`: other models, for their responses in the same charts. `input`: what moves: the seat
     with all that stands on it, or the backrest alone. `frames`: links whose motions are told; the
-    head, the pelvis and all grips if not given. `gravity`:
-    count the stiffness, negative for what stands, of the weight; `prestress`: that of the forces
-    with which the tasks hold the posture. The source counts neither. `parameters`: stiffness and
-    damping of the source, or as calibrated to measurements. `grip`: whether a hand keeps
-    hold of the lever it is on; what the other tasks hold is let go.
+    head, the pelvis and all grips if not given. `discs`: joints of the spine, such as `L4_L5`,
+    whose strains and forces are told. `shape`, of the finite-element model: the erect person
+    turned rigidly with the backrest, or the solved posture. `gravity`: count the stiffness,
+    negative for what stands, of the weight; `prestress`: that of the forces with which the tasks
+    hold the posture. The source counts neither. `parameters`: stiffness and damping of the
+    source, or as calibrated to measurements. `grip`: whether a hand keeps hold of the lever it is
+    on; what the other tasks hold is let go.
     """
 
     model: Model = "multibody"
@@ -60,6 +62,8 @@ class VibrationBlock(Block):
     input: Literal["seat", "backrest"] = "seat"
     frequencies: FrequencyBlock = FrequencyBlock()
     frames: tuple[str, ...] | None = None
+    discs: tuple[str, ...] = ()
+    shape: Literal["rigid", "solved"] = "rigid"
     parameters: Literal["source", "calibrated"] = "source"
     gravity: bool = False
     prestress: bool = False

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
 
 from posture_ik.body import Body
+from posture_ik.muscle import Activity, solve_activation
 from posture_ik.posture import Posture
 from posture_ik.problem import Problem, VibrationBlock
+from posture_ik.vibration.backrest import at_preload
 from posture_ik.vibration.factors import Factors
 from posture_ik.vibration.finite_element import build_finite_element
 from posture_ik.vibration.linear import linearise
@@ -55,13 +58,17 @@ class Vibration:
         return self.asked.input
 
 
-def vibrate(body: Body, posture: Posture, problem: Problem) -> Vibration:
+def vibrate(
+    body: Body, posture: Posture, problem: Problem, activity: Activity | None = None
+) -> Vibration:
     """Find how a person vibrates about a posture.
 
     Args:
         body: who.
-        posture: about which; only the multibody model takes its shape.
-        problem: its `vibration`, `seat`, `subject` and hands on levers count.
+        posture: about which; the multibody model takes its shape, others where asked.
+        problem: its `vibration`, `seat`, `subject`, `activation` and hands on levers count.
+        activity: the muscles that hold the posture, found here if not given and the problem has
+            `activation`.
 
     Returns:
         Model, modes and responses.
@@ -71,8 +78,12 @@ def vibrate(body: Body, posture: Posture, problem: Problem) -> Vibration:
     """
     asked = problem.vibration or VibrationBlock()
     frequencies = asked.frequencies.values
-    system = model_of(asked.model, body, posture, problem)
-    others = {name: model_of(name, body, posture, problem) for name in asked.beside}
+    if activity is None and problem.activation and "multibody" in (asked.model, *asked.beside):
+        activity = solve_activation(body, posture, problem)
+    system = model_of(asked.model, body, posture, problem, asked.frames, activity)
+    others = {
+        name: model_of(name, body, posture, problem, activity=activity) for name in asked.beside
+    }
     return Vibration(
         problem,
         posture,
@@ -85,20 +96,31 @@ def vibrate(body: Body, posture: Posture, problem: Problem) -> Vibration:
     )
 
 
-def model_of(name: str, body: Body, posture: Posture, problem: Problem) -> LinearSystem:
+def model_of(
+    name: str,
+    body: Body,
+    posture: Posture,
+    problem: Problem,
+    frames: Sequence[str] | None = None,
+    activity: Activity | None = None,
+) -> LinearSystem:
     """The model that `vibration.model` names.
 
     Raises:
         PostureIKError: there is no such model, or it cannot be built.
     """
-    seat = problem.seat
+    seat, asked = problem.seat, problem.vibration or VibrationBlock()
     if name == "multibody":
-        frames = problem.vibration.frames if problem.vibration else None
-        return linearise(body, posture, problem, frames)
+        return linearise(body, posture, problem, frames, discs=asked.discs, activity=activity)
     if name == "finite_element":
-        recline = float(np.radians(seat.recline_deg))
-        factors = Factors.of(problem.vibration.parameters if problem.vibration else "source")
         return build_finite_element(
-            problem.subject, recline, seat.backrest, seat.cushion, factors=factors
+            problem.subject,
+            float(np.radians(seat.recline_deg)),
+            seat.backrest and at_preload(seat.backrest, posture),
+            seat.cushion,
+            factors=Factors.of(asked.parameters),
+            posture=posture if asked.shape == "solved" else None,
+            frames=("Head", "S1") if frames is None else frames,
+            discs=asked.discs,
         )
     return build_lumped(load_lumped(name.removeprefix("lumped:")), seat.cushion)

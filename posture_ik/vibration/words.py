@@ -31,7 +31,7 @@ _MOVES = {
 
 def is_odd(coordinate: str) -> bool:
     """Whether a coordinate changes its sign in the mirror that swaps left and right."""
-    return coordinate.endswith(("_y", "_rx", "_rz", "_lateral"))
+    return coordinate.replace(" ", "_").endswith(("_y", "_rx", "_rz", "_lateral"))
 
 
 def told(system: LinearSystem, shapes: Complex) -> list[str]:
@@ -74,7 +74,7 @@ def _part(name: str) -> str:
     """What a coordinate moves: `fore-and-aft bending of the lumbar spine`."""
     if name.startswith("lever_"):
         return "swing of a lever"
-    body, _, component = name.rpartition("_")
+    body, _, component = name.replace(" ", "_").rpartition("_")
     upper = body.partition("_")[0]
     if component in ("l", "r"):
         return "swing of the arms"
