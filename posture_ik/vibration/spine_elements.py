@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Literal, NamedTuple, Self
 
 import numpy as np
 
@@ -58,9 +58,14 @@ class OpenValues(NamedTuple):
     column_top: float
 
     @classmethod
-    def identified(cls) -> OpenValues:
-        """The values that meet the source's own results best (`finite_element.csv`)."""
-        rows = read_table(DATA / "finite_element.csv")
+    def identified(cls, model: Literal["finite_element", "multibody"] = "finite_element") -> Self:
+        """The values with which a model meets the source's own results best.
+
+        Those of the multibody model stand beside its body's tables (`identified.csv`), as the
+        bushings shape postures, those of the finite elements in `finite_element.csv`.
+        """
+        of_bodies = model == "multibody"
+        rows = table("identified") if of_bodies else read_table(DATA / "finite_element.csv")
         return cls(*(float(rows[name]["value"]) for name in cls._fields))
 
 
