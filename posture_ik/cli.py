@@ -28,6 +28,7 @@ from posture_ik.muscle import Activity, reach, solve_activation
 from posture_ik.posture import Motion, Posture, Trajectory, solve_posture
 from posture_ik.posture import move as solve_motion
 from posture_ik.problem import Problem, example_problems, load_problem
+from posture_ik.reference import Row
 from posture_ik.reference import compare as compare_with_source
 from posture_ik.show import view as serve
 from posture_ik.show import (
@@ -209,11 +210,11 @@ def export(
 @app.command()
 def compare(output: Output = None, as_json: Json = False) -> None:
     """Lay the source's published numbers beside ours; write them as a page where -o says."""
-    with _progress(quiet=as_json) as progress:
-        step = progress.add_task("comparing", total=None)
-        rows = compare_with_source(lambda what: progress.update(step, description=what))
-    if output is not None:
+    if output is None:
+        rows = _compare(quiet=as_json)
+    else:
         with whole_folder(output) as scratch:
+            rows = _compare(quiet=as_json)
             write_comparison(rows, scratch / "compare.html")
     if as_json:
         print(json.dumps(rows))
@@ -230,11 +231,11 @@ def identify(
     as_json: Json = False,
 ) -> None:
     """Search the values that the source leaves open, or calibrate its model; takes minutes."""
-    with _progress(quiet=as_json) as progress:
-        step = progress.add_task("searching", total=None)
-        found = search(parameters, lambda what: progress.update(step, description=what))
-    if output is not None:
+    if output is None:
+        found = _identify(parameters, quiet=as_json)
+    else:
         with whole_folder(output) as scratch:
+            found = _identify(parameters, quiet=as_json)
             write_identification(found, scratch)
     if as_json:
         print(json.dumps([found]))
@@ -308,6 +309,18 @@ def _activity(posture: Posture, moving: Motion | Trajectory | None) -> Activity 
         return None  # a reach tells its own
     shown = moving if isinstance(moving, Motion) else posture
     return solve_activation(posture.body, shown, problem)
+
+
+def _compare(quiet: bool) -> list[Row]:
+    with _progress(quiet) as progress:
+        step = progress.add_task("comparing", total=None)
+        return compare_with_source(lambda what: progress.update(step, description=what))
+
+
+def _identify(parameters: Parameters, quiet: bool) -> dict[str, Any]:
+    with _progress(quiet) as progress:
+        step = progress.add_task("searching", total=None)
+        return search(parameters, lambda what: progress.update(step, description=what))
 
 
 def _write_moving(moving: Motion | Trajectory | None, folder: Path) -> None:

@@ -124,14 +124,15 @@ def _system(model: str, seat: str, parameters: str) -> LinearSystem:
 
 
 def _row(source: str, quantity: str, unit: str, thesis: float, ours: float, note: str = "") -> Row:
-    difference = 100 * (ours / thesis - 1)
+    ours = float(f"{ours:.5g}")
+    difference = round(100 * (ours / thesis - 1), 2)
     near = f"within {NEAR:g} %" if abs(difference) <= NEAR else note
     return Row(
         source=source,
         quantity=quantity,
         unit=unit,
         thesis=thesis,
-        ours=round(ours, 4),
-        difference_percent=round(difference, 2),
+        ours=ours,
+        difference_percent=difference,
         note=near,
     )

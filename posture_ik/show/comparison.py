@@ -31,7 +31,7 @@ def comparison(rows: Sequence[Mapping[str, Any]]) -> Group:
             row["quantity"],
             f"{row['thesis']:.4g}",
             f"{row['ours']:.4g}",
-            row["unit"],
+            "" if row["unit"] == "1" else row["unit"],
             Text(f"{difference:+.1f} %", style=_STYLES[_word(difference)]),
             row["note"],
         )
@@ -108,7 +108,7 @@ def _counted(rows: Sequence[Mapping[str, Any]]) -> str:
 
 def _chart(rows: Sequence[Mapping[str, Any]]) -> Figure:
     """A dot a number, by how far ours is from it, the first on top."""
-    labels = [f"{row['source']}: {row['quantity']}, {row['unit']}" for row in rows][::-1]
+    labels = [f"{row['source']}: {row['quantity']} [{row['unit']}]" for row in rows][::-1]
     off = [row["difference_percent"] for row in rows][::-1]
     told = [f"published {row['thesis']:g}, ours {row['ours']:.4g} {row['unit']}" for row in rows][
         ::-1

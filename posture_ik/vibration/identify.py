@@ -86,21 +86,21 @@ def identify(
         reading of its backrest (`backrests`).
     """
     random = np.random.default_rng(SEED)
-    searches = _of_source() if parameters == "source" else _of_calibrated()
+    sought = searches(parameters)
     with one_thread():
         runs: dict[str, list[dict[str, Any]]] = {}
-        for i, (reading, search) in enumerate(searches.items(), 1):
+        for i, (reading, search) in enumerate(sought.items(), 1):
             runs[reading] = []
             for start in (
                 _plain(parameters),
                 *(search.anywhere(random) for _ in range(STARTS[parameters])),
             ):
-                tell(f"reading {i} of {len(searches)}, {reading}: start {len(runs[reading]) + 1}")
+                tell(f"reading {i} of {len(sought)}, {reading}: start {len(runs[reading]) + 1}")
                 runs[reading].append(search.run(start, most))
             runs[reading].sort(key=lambda run: run["cost"])
         chosen = min(runs, key=lambda reading: runs[reading][0]["cost"])
         tell("what each value moves")
-        search, values = searches[chosen], runs[chosen][0]["values"]
+        search, values = sought[chosen], runs[chosen][0]["values"]
         found = search.results(values)
         changes = {}
         for name, value in values.items():
@@ -113,7 +113,7 @@ def identify(
     return {
         "parameters": parameters,
         "seed": SEED,
-        "bounds": {reading: dict(of.bounds) for reading, of in searches.items()},
+        "bounds": {reading: dict(of.bounds) for reading, of in sought.items()},
         "prior": PRIOR if search.prior else None,
         "searches": runs,
         "chosen": chosen,
@@ -130,6 +130,11 @@ def identify(
         "sensitivity_percent": changes,
         "backrests": backrests,
     }
+
+
+def searches(parameters: Parameters) -> dict[str, Search]:
+    """What is sought, and by what it is judged, for each reading."""
+    return _of_source() if parameters == "source" else _of_calibrated()
 
 
 def wanted(parameters: Parameters) -> tuple[dict[str, Peak], dict[str, tuple[float, float]]]:
@@ -220,7 +225,7 @@ def _given(reading: str, values: Mapping[str, float]) -> dict[str, float]:
 def _plain(parameters: Parameters) -> dict[str, float]:
     if parameters == "source":
         return PLAIN._asdict()
-    return Factors(trunk_flexion=4.0, trunk_lateral=4.0, buttocks_shear=0.005)._asdict()
+    return Factors(trunk_flexion=4.0, lateral_bending=4.0, buttocks_shear=0.005)._asdict()
 
 
 def _percent(value: float, of: float) -> float:

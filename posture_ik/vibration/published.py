@@ -73,8 +73,13 @@ class Peak(NamedTuple):
     note: str
 
     def found(self, frequencies: Array, sizes: Array) -> tuple[float, float]:
-        """Size and frequency of the same in a sampled response: the highest, or lowest, sample."""
+        """Size and frequency of the same in a sampled response: the highest, or lowest, sample.
+
+        Where the band has none inside it, of the sample nearest to the published frequency.
+        """
         i = int(np.argmin(sizes) if self.valley else np.argmax(sizes))
+        if self.frequency and i in (0, len(sizes) - 1):
+            i = int(np.argmin(np.abs(frequencies - self.frequency)))
         return float(sizes[i]), float(frequencies[i])
 
     def refined(self, frequencies: Array, sizes: Array) -> tuple[float, float]:
