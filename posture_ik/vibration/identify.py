@@ -8,8 +8,8 @@ Nonlinear least squares (SciPy, trust region) from a plain start and seeded rand
   a prior that holds each factor near 1 unless the measurements need otherwise.
 
 Modes are printed to 0.01 Hz and taken as good to 1 %, measured ones to 5 %; peaks are told of
-curves that are drawn, and taken as good to 10 %, their frequencies too. The loss grows linearly
-for what is far off (soft l1): what the model cannot meet is not to bend what it can.
+curves that are drawn, and taken as good to 5 %, measured ones and all their frequencies to 10 %. The
+loss grows linearly for what is far off (soft l1): what cannot be met is not to bend what can.
 """
 
 from __future__ import annotations
@@ -61,7 +61,8 @@ PLAIN = OpenValues(0.5, 0.2, 0.2, 9e3, 100.0, 0.0)
 FACTORS = dict.fromkeys(Factors._fields, (0.1, 10.0)) | {"buttocks_shear": (1e-4, 10.0)}
 #: Readings of the backrest: vertebrae of its mean, and at which it acts.
 BACKS, LEVELS = ("T1-T10", "T1-T12", "T5-T10", "T4-T12"), ("T7", "T8", "T9")
-MODE, MEASURED_MODE, PEAK = 0.01, 0.05, 0.10
+MODE, MEASURED_MODE = 0.01, 0.05
+SIZE, MEASURED_SIZE, PLACE = 0.05, 0.10, 0.10
 #: Random starts, beside the plain one, in each reading.
 STARTS = {"source": 1, "calibrated": 2}
 SEED, STEP = 1, 0.1
@@ -85,12 +86,12 @@ def identify(
         value changes (`sensitivity_percent`), and for `source` the peak of figure 12 by each
         reading of its backrest (`backrests`).
     """
-    random = np.random.default_rng(SEED)
     sought = searches(parameters)
     with one_thread():
         runs: dict[str, list[dict[str, Any]]] = {}
         for i, (reading, search) in enumerate(sought.items(), 1):
             runs[reading] = []
+            random = np.random.default_rng(SEED)
             for start in (
                 _plain(parameters),
                 *(search.anywhere(random) for _ in range(STARTS[parameters])),
@@ -144,9 +145,9 @@ def wanted(parameters: Parameters) -> tuple[dict[str, Peak], dict[str, tuple[flo
     column, good = ("measured_Hz", MEASURED_MODE) if calibrated else ("frequency_Hz", MODE)
     whole = {f"mode {n} Hz": (hertz, good) for n, (hertz, *_) in table_6(column).items()}
     for name, peak in sought.items():
-        whole[f"{name} {peak.unit}"] = (peak.size, PEAK)
+        whole[f"{name} {peak.unit}"] = (peak.size, MEASURED_SIZE if calibrated else SIZE)
         if peak.frequency:
-            whole[f"{name} Hz"] = (peak.frequency, PEAK)
+            whole[f"{name} Hz"] = (peak.frequency, PLACE)
     return sought, whole
 
 
