@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 import pytest
+from armless import without_arms
 from scipy.linalg import eigvalsh, null_space
 
 import posture_ik as pik
@@ -166,35 +167,11 @@ def test_viscera_ride_as_in_the_posture_where_they_stand_still(
 
 def test_without_arms_there_are_117(tmp_path: Path, models: Models) -> None:
     path = tmp_path / "armless.urdf"
-    text = models.body.urdf
-    for side in "rl":
-        text = without_branch(text, f"shoulder_flexion_{side}_link")
-    path.write_text(text)
+    path.write_text(without_arms(models.body.urdf))
     problem = pik.load_problem("upright")
     body = pik.build_body(pik.Subject(urdf=path))
     system = pik.linearise(body, pik.solve_posture(body, problem), problem)
     assert len(system.coordinates) == 103 + 14
-
-
-def without_branch(text: str, *roots: str) -> str:
-    """A URDF without some links and all that hangs on them."""
-    from xml.etree import ElementTree as ET
-
-    robot = ET.fromstring(text)
-    gone = set(roots)
-    while True:
-        joints = [j for j in robot.iterfind("joint") if j.find("parent").get("link") in gone]
-        more = {joint.find("child").get("link") for joint in joints} - gone
-        if not more:
-            break
-        gone |= more
-    for joint in list(robot.iterfind("joint")):
-        if joint.find("child").get("link") in gone:
-            robot.remove(joint)
-    for link in list(robot.iterfind("link")):
-        if link.get("name") in gone:
-            robot.remove(link)
-    return ET.tostring(robot, encoding="unicode")
 
 
 @pytest.mark.parametrize("name", ["reclined_15_gravity", "look_left", "pilot_push"])
