@@ -23,6 +23,7 @@ FOAM = ("seat.backrest.kind=foam", "seat.backrest.tangential_stiffness=5e3")
 RIGID = ("seat.backrest.kind=rigid",)
 GRAVITY = ("vibration.gravity=true",)
 LET_GO = ("vibration.grip=false",)
+CUSHION = ("seat.cushion={}",)
 
 CASES = [
     ("upright", ()),
@@ -30,13 +31,25 @@ CASES = [
     ("look_left", GRAVITY),
     ("reclined_15", (*FOAM, "seat.backrest.tangential_damping=80.0")),
     ("pilot_push", (*GRAVITY, *LET_GO)),
+    ("reclined_15", (*FOAM, *CUSHION)),
+    ("pilot_push", (*LET_GO, *CUSHION)),
 ]
+
+
+def own(person: Person, z: np.ndarray) -> np.ndarray:
+    """What z moves of the model's own: on a cushion the person rises by it, and no lever does."""
+    count = len(person.order)
+    found = z[:count].copy()
+    if len(z) > count:
+        found[2] += z[-1]
+        found[8 : 6 * len(person.moved) : 6] -= z[-1]
+    return found
 
 
 def at(person: Person, posture: pik.Posture, z: np.ndarray) -> np.ndarray:
     """A configuration of the model with what is moved and the coordinates z away from rest."""
     q = person.configuration(posture.q)
-    q[person.order] += z
+    q[person.order] += own(person, z)
     return q
 
 
@@ -61,7 +74,10 @@ def elements(
         square = np.array([np.cos(tilt), 0.0, np.sin(tilt)])
         along = np.array([-np.sin(tilt), 0.0, np.cos(tilt)])
         before = [posture.frames[name] for name in back.bodies]
-        now = [data.oMi[6].actInv(place(name)) for name in back.bodies]
+        seat = data.oMi[6].copy()
+        if problem.seat.cushion:
+            seat.translation += [0.0, 0.0, z[-2] - z[-1]]
+        now = [seat.actInv(place(name)) for name in back.bodies]
         centre, middle = (np.mean([p.translation for p in ps], axis=0) for ps in (before, now))
         point = posture.frames["T7"].translation - 0.1 * square
         length = np.mean([np.linalg.norm(p.translation - point) for p in before])
@@ -74,6 +90,10 @@ def elements(
         travel = middle + left @ right @ (point - centre) - point
         found.append((float(square @ travel), back.stiffness, back.damping))
         found.append((float(along @ travel), back.tangential_stiffness, back.tangential_damping))
+    cushion = problem.seat.cushion
+    if cushion:
+        found.append((float(z[-2]), cushion.seat.stiffness, cushion.seat.damping))
+        found.append((float(z[-1] - z[-2]), cushion.cushion.stiffness, cushion.cushion.damping))
     return found
 
 
@@ -90,13 +110,25 @@ def test_matrices_equal_differences_of_the_dynamics(
     model, data = person.model.copy(), person.model.createData()
     if GRAVITY[0] not in settings:
         model.gravity = pin.Motion.Zero()
-    moved, size, step = 6 * len(person.moved), len(person.order), 1e-5
+    cushion = problem.seat.cushion
+    layers = (cushion.seat, cushion.cushion) if cushion else ()
+    moved, count, step = 6 * len(person.moved), len(person.order), 1e-5
+    size = count + len(layers)
     rest = np.zeros(size)
 
     def inertial(z: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
-        rates = np.zeros((2, size))
-        rates[:, person.order] = v, a
-        return pin.rnea(model, data, at(person, posture, z), *rates)[person.order]
+        rates = np.zeros((2, count))
+        rates[:, person.order] = own(person, v), own(person, a)
+        force = pin.rnea(model, data, at(person, posture, z), *rates)[person.order]
+        if not layers:
+            return force
+        levers = force[8 : 6 * len(person.moved) : 6]
+        force = np.r_[force, 0.0, force[2] - levers.sum()]
+        for i, layer in enumerate(layers):
+            inertia = layer.mass * (a[:3] + [0.0, 0.0, a[count + i]])
+            force[:3] += inertia
+            force[count + i] += inertia[2]
+        return force
 
     def difference(order: int) -> np.ndarray:
         columns = []
@@ -121,7 +153,7 @@ def test_matrices_equal_differences_of_the_dynamics(
     )
     _, springs, dampers = np.array(elements(person, posture, problem, rest)).T
     joints = np.zeros((2, size))
-    joints[:, moved:] = person.stiffness, person.damping
+    joints[:, moved:count] = person.stiffness, person.damping
     expected = [difference(order) for order in range(3)]
     expected[0] += np.diag(joints[0]) + (slopes * springs) @ slopes.T
     expected[1] += np.diag(joints[1]) + (slopes * dampers) @ slopes.T
