@@ -31,6 +31,18 @@ from posture_ik.vibration.factors import Factors
 from posture_ik.vibration.network import Link, Mean
 from posture_ik.vibration.seat import DATA
 
+__all__ = [
+    "LOOSE",
+    "TIE_DAMPING_TIME",
+    "Elements",
+    "Link",
+    "Lump",
+    "Mean",
+    "Node",
+    "OpenValues",
+    "spine_elements",
+]
+
 #: Damping over stiffness of the ties between viscera and vertebrae, s (assumed, as table 12's).
 TIE_DAMPING_TIME = 0.1
 #: Viscera that move on their vertebra; those of T10 and S1 are fixed to theirs.
