@@ -165,11 +165,11 @@ def spine_elements(
     person = _Person(scale, turn, {name: turn @ at for name, at in nodes(scale).items()})
 
     origin = np.zeros(3)
-    stack = ("floor", "seat", "cushion") if cushion else ("seat",)
+    layers = {"seat": cushion.seat, "cushion": cushion.cushion} if cushion else {}
+    stack = ("floor" if cushion else "seat", *layers)
     every = [Node(stack[0], origin, None), *_nodes(person, stack[0])]
     lumps, links = list(_lumps(person)), [*_bushings(person, values), *_viscera(person, values)]
-    for on, layer in pairwise(stack):
-        part = cushion.seat if layer == "seat" else cushion.cushion
+    for on, (layer, part) in zip(stack, layers.items(), strict=False):
         every.append(Node(layer, origin, stack[0], (2,)))
         lumps.append(Lump(layer, part.mass, origin, np.zeros((3, 3))))
         upright = np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
