@@ -159,10 +159,8 @@ def spine_elements(
     layers = {"seat": cushion.seat, "cushion": cushion.cushion} if cushion else {}
     stack = ("floor" if cushion else "seat", *layers)
     every = [Node(stack[0], origin, None), *_nodes(person, stack[0])]
-    lumps, links = (
-        list(_lumps(person)),
-        [*_bushings(person, values, factors), *_viscera(person, values)],
-    )
+    lumps = list(_lumps(person))
+    links = [*_bushings(person, values, factors), *_viscera(person, values)]
     for on, (layer, part) in zip(stack, layers.items(), strict=False):
         every.append(Node(layer, origin, stack[0], (2,)))
         lumps.append(Lump(layer, part.mass, origin, np.zeros((3, 3))))
