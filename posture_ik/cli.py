@@ -16,6 +16,7 @@ from posture_ik.errors import BadProblem, PostureIKError
 from posture_ik.exchange import (
     read_posture,
     write_activation,
+    write_identification,
     write_mbdyn,
     write_motion,
     write_posture,
@@ -27,6 +28,8 @@ from posture_ik.muscle import Activity, reach, solve_activation
 from posture_ik.posture import Motion, Posture, Trajectory, solve_posture
 from posture_ik.posture import move as solve_motion
 from posture_ik.problem import Problem, example_problems, load_problem
+from posture_ik.reference import Row
+from posture_ik.reference import compare as compare_with_source
 from posture_ik.show import view as serve
 from posture_ik.show import (
     write_activation_report,
@@ -34,6 +37,7 @@ from posture_ik.show import (
     write_report,
     write_view,
 )
+from posture_ik.show.comparison import comparison, identification, write_comparison
 from posture_ik.show.muscle_summary import activation_record, activation_summary
 from posture_ik.show.summary import (
     as_record,
@@ -43,6 +47,8 @@ from posture_ik.show.summary import (
     trajectory_record,
     trajectory_summary,
 )
+from posture_ik.vibration.identify import Parameters
+from posture_ik.vibration.identify import identify as search
 
 app = typer.Typer(
     help="The posture a seated person takes, from one problem file.",
@@ -202,6 +208,42 @@ def export(
 
 
 @app.command()
+def compare(output: Output = None, as_json: Json = False) -> None:
+    """Lay the source's published numbers beside ours; write them as a page where -o says."""
+    if output is None:
+        rows = _compare(quiet=as_json)
+    else:
+        with whole_folder(output) as scratch:
+            rows = _compare(quiet=as_json)
+            write_comparison(rows, scratch / "compare.html")
+    if as_json:
+        print(json.dumps(rows))
+    else:
+        _out.print(comparison(rows))
+
+
+@app.command()
+def identify(
+    parameters: Annotated[
+        Parameters, typer.Argument(help="What to search: source or calibrated.")
+    ] = "source",
+    output: Output = None,
+    as_json: Json = False,
+) -> None:
+    """Search the values that the source leaves open, or calibrate its model; takes minutes."""
+    if output is None:
+        found = _identify(parameters, quiet=as_json)
+    else:
+        with whole_folder(output) as scratch:
+            found = _identify(parameters, quiet=as_json)
+            write_identification(found, scratch)
+    if as_json:
+        print(json.dumps([found]))
+    else:
+        _out.print(identification(found))
+
+
+@app.command()
 def problems(as_json: Json = False) -> None:
     """List the example problems."""
     titles = {name: load_problem(path).title for name, path in example_problems().items()}
@@ -267,6 +309,18 @@ def _activity(posture: Posture, moving: Motion | Trajectory | None) -> Activity 
         return None  # a reach tells its own
     shown = moving if isinstance(moving, Motion) else posture
     return solve_activation(posture.body, shown, problem)
+
+
+def _compare(quiet: bool) -> list[Row]:
+    with _progress(quiet) as progress:
+        step = progress.add_task("comparing", total=None)
+        return compare_with_source(lambda what: progress.update(step, description=what))
+
+
+def _identify(parameters: Parameters, quiet: bool) -> dict[str, Any]:
+    with _progress(quiet) as progress:
+        step = progress.add_task("searching", total=None)
+        return search(parameters, lambda what: progress.update(step, description=what))
 
 
 def _write_moving(moving: Motion | Trajectory | None, folder: Path) -> None:

@@ -1,5 +1,6 @@
 """Files of other programs and result folders, written and read back."""
 
+from posture_ik.exchange.identification import write_identification
 from posture_ik.exchange.mbdyn import write_mbdyn
 from posture_ik.exchange.motion import write_activation, write_motion, write_trajectory
 from posture_ik.exchange.results import read_posture, write_posture
@@ -8,6 +9,7 @@ from posture_ik.exchange.urdf import write_urdf
 __all__ = [
     "read_posture",
     "write_activation",
+    "write_identification",
     "write_mbdyn",
     "write_motion",
     "write_posture",

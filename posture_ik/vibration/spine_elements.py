@@ -27,7 +27,7 @@ from posture_ik.errors import PostureIKError
 from posture_ik.posture import Posture
 from posture_ik.problem import SPINE, Cushion, FoamBack, LawBack, RigidBack, Subject
 from posture_ik.vibration.backrest import at_preload, backrest_axes, rest_on
-from posture_ik.vibration.factors import Factors
+from posture_ik.vibration.factors import SOURCE, Factors
 from posture_ik.vibration.network import Link, Mean
 from posture_ik.vibration.seat import DATA
 
@@ -143,7 +143,7 @@ def spine_elements(
     backrest: RigidBack | FoamBack | LawBack | None = None,
     cushion: Cushion | None = None,
     values: OpenValues | None = None,
-    factors: Factors = Factors(),  # noqa: B008
+    factors: Factors = SOURCE,
     posture: Posture | None = None,
 ) -> Elements:
     """The elements of a seated person; arguments as of `build_finite_element`.
