@@ -31,6 +31,18 @@ from posture_ik.vibration.factors import SOURCE, Factors
 from posture_ik.vibration.network import Link, Mean
 from posture_ik.vibration.seat import DATA
 
+__all__ = [
+    "LOOSE",
+    "TIE_DAMPING_TIME",
+    "Elements",
+    "Link",
+    "Lump",
+    "Mean",
+    "Node",
+    "OpenValues",
+    "spine_elements",
+]
+
 #: Damping over stiffness of the ties between viscera and vertebrae, s (assumed, as table 12's).
 TIE_DAMPING_TIME = 0.1
 #: Viscera that move on their vertebra; those of T10 and S1 are fixed to theirs.
@@ -147,10 +159,8 @@ def spine_elements(
     layers = {"seat": cushion.seat, "cushion": cushion.cushion} if cushion else {}
     stack = ("floor" if cushion else "seat", *layers)
     every = [Node(stack[0], origin, None), *_nodes(person, stack[0])]
-    lumps, links = (
-        list(_lumps(person)),
-        [*_bushings(person, values, factors), *_viscera(person, values)],
-    )
+    lumps = list(_lumps(person))
+    links = [*_bushings(person, values, factors), *_viscera(person, values)]
     for on, (layer, part) in zip(stack, layers.items(), strict=False):
         every.append(Node(layer, origin, stack[0], (2,)))
         lumps.append(Lump(layer, part.mass, origin, np.zeros((3, 3))))
