@@ -8,8 +8,8 @@ Nonlinear least squares (SciPy, trust region) from a plain start and seeded rand
   a prior that holds each factor near 1 unless the measurements need otherwise.
 
 Modes are printed to 0.01 Hz and taken as good to 1 %, measured ones to 5 %; peaks are told of
-curves that are drawn, and taken as good to 5 %, measured ones and all their frequencies to 10 %. The
-loss grows linearly for what is far off (soft l1): what cannot be met is not to bend what can.
+curves that are drawn, and taken as good to 5 %, measured ones and all their frequencies to 10 %.
+The loss grows linearly for what is far off (soft l1): what cannot be met is not to bend what can.
 """
 
 from __future__ import annotations
