@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -21,19 +23,14 @@ from posture_ik.exchange import (
     write_posture,
     write_trajectory,
     write_urdf,
+    write_vibration,
 )
 from posture_ik.files import whole_folder
-from posture_ik.muscle import Activity, reach, solve_activation
-from posture_ik.posture import Motion, Posture, Trajectory, solve_posture
-from posture_ik.posture import move as solve_motion
+from posture_ik.muscle import solve_activation
+from posture_ik.posture import solve_posture
 from posture_ik.problem import Problem, example_problems, load_problem
+from posture_ik.results import Results, Tell, moved, reached
 from posture_ik.show import view as serve
-from posture_ik.show import (
-    write_activation_report,
-    write_motion_report,
-    write_report,
-    write_view,
-)
 from posture_ik.show.muscle_summary import activation_record, activation_summary
 from posture_ik.show.summary import (
     as_record,
@@ -43,9 +40,11 @@ from posture_ik.show.summary import (
     trajectory_record,
     trajectory_summary,
 )
+from posture_ik.show.vibration_summary import vibration_record, vibration_summary
+from posture_ik.vibration import vibrate as solve_vibration
 
 app = typer.Typer(
-    help="The posture a seated person takes, from one problem file.",
+    help="The posture a seated person takes, and what it bears, from one problem file.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -71,34 +70,22 @@ Json = Annotated[bool, typer.Option("--json", help="Print for machines.")]
 def run(
     problem: ProblemName, output: Output = None, set_: Overrides = None, as_json: Json = False
 ) -> None:
-    """Solve a problem and write results, report and 3D page to a folder."""
+    """Solve a problem and write results, reports and 3D page to a folder."""
     folder = output or Path("out") / Path(problem).stem
-    with _progress(quiet=as_json) as progress:
-        step = progress.add_task("reading the problem")
-        with whole_folder(folder) as scratch:
-            body, stated = _read(problem, set_)
-            progress.update(step, description="solving the posture")
-            posture = solve_posture(body, stated)
-            if stated.motion or stated.trajectory:
-                progress.update(step, description="moving")
-            moving = _moving(body, stated, quiet=True)
-            if stated.activation and not stated.trajectory:
-                progress.update(step, description="activating the muscles")
-            activity = _activity(posture, moving)
-            progress.update(step, description="writing the results")
-            write_posture(posture, scratch)
-            _write_moving(moving, scratch)
-            if activity is not None:
-                write_activation(activity, scratch)
-            progress.update(step, description="drawing report and 3D page")
-            _draw(posture, moving, activity, scratch)
-    _tell(posture, as_json)
-    if not as_json:
-        if moving is not None:
-            _tell_moving(moving, as_json)
-        if activity is not None:
-            _out.print(activation_summary(activity))
-        _out.print(f"Open {_pages(folder, moving, activity)}.")
+    with _telling(quiet=as_json) as tell, whole_folder(folder) as scratch:
+        body, stated = _read(problem, set_)
+        tell("solving the posture")
+        results = Results.of(solve_posture(body, stated), tell)
+        tell("writing the results")
+        results.write(scratch)
+        tell("drawing reports and 3D page")
+        results.draw(scratch)
+    if as_json:
+        _print(as_record(results.posture))
+        return
+    for told in results.summaries():
+        _out.print(told)
+    _out.print(f"Open {_listed(folder, results)}.")
 
 
 @app.command()
@@ -106,13 +93,14 @@ def solve(
     problem: ProblemName, output: Output = None, set_: Overrides = None, as_json: Json = False
 ) -> None:
     """Solve a posture and print what it carries; write its numbers where -o says."""
-    if output is None:
-        posture = _solve(problem, set_)
+    with _written(output) as folder:
+        posture = solve_posture(*_read(problem, set_))
+        if folder:
+            write_posture(posture, folder)
+    if as_json:
+        _print(as_record(posture))
     else:
-        with whole_folder(output) as scratch:
-            posture = _solve(problem, set_)
-            write_posture(posture, scratch)
-    _tell(posture, as_json)
+        _out.print(summary(posture))
 
 
 @app.command()
@@ -120,30 +108,14 @@ def move(
     problem: ProblemName, output: Output = None, set_: Overrides = None, as_json: Json = False
 ) -> None:
     """Move through a problem's signals: rates, torques, reactions; write them where -o says."""
-    if output is None:
-        motion = _move(*_read(problem, set_), quiet=as_json)
-    else:
-        with whole_folder(output) as scratch:
-            motion = _move(*_read(problem, set_), quiet=as_json)
-            _write_moving(motion, scratch)
-    _tell_moving(motion, as_json)
-
-
-@app.command()
-def activate(
-    problem: ProblemName, output: Output = None, set_: Overrides = None, as_json: Json = False
-) -> None:
-    """Find the muscle activations that hold a posture or drive a motion; write them with -o."""
-    if output is None:
-        activity = _activate(*_read(problem, set_), quiet=as_json)
-    else:
-        with whole_folder(output) as scratch:
-            activity = _activate(*_read(problem, set_), quiet=as_json)
-            write_activation(activity, scratch)
+    with _written(output) as folder, _telling(quiet=as_json) as tell:
+        motion = moved(*_read(problem, set_), tell)
+        if folder:
+            write_motion(motion, folder)
     if as_json:
-        print(json.dumps([activation_record(activity)]))
+        _print(motion_record(motion))
     else:
-        _out.print(activation_summary(activity))
+        _out.print(motion_summary(motion))
 
 
 @app.command()
@@ -151,32 +123,68 @@ def trajectory(
     problem: ProblemName, output: Output = None, set_: Overrides = None, as_json: Json = False
 ) -> None:
     """Reach a problem's tasks with least effort or in least time; write it where -o says."""
-    if output is None:
-        found = _reach(*_read(problem, set_), quiet=as_json)
+    with _written(output) as folder, _telling(quiet=as_json) as tell:
+        found = reached(*_read(problem, set_), tell)
+        if folder:
+            write_trajectory(found, folder)
+    if as_json:
+        _print(trajectory_record(found))
     else:
-        with whole_folder(output) as scratch:
-            found = _reach(*_read(problem, set_), quiet=as_json)
-            _write_moving(found, scratch)
-    _tell_moving(found, as_json)
+        _out.print(trajectory_summary(found))
+
+
+@app.command()
+def activate(
+    problem: ProblemName, output: Output = None, set_: Overrides = None, as_json: Json = False
+) -> None:
+    """Find the muscle activations that hold a posture or drive a motion; write them with -o."""
+    with _written(output) as folder, _telling(quiet=as_json) as tell:
+        body, stated = _read(problem, set_)
+        shown = moved(body, stated, tell) if stated.motion else solve_posture(body, stated)
+        tell("activating the muscles")
+        activity = solve_activation(body, shown, stated)
+        if folder:
+            write_activation(activity, folder)
+    if as_json:
+        _print(activation_record(activity))
+    else:
+        _out.print(activation_summary(activity))
+
+
+@app.command()
+def vibrate(
+    problem: ProblemName, output: Output = None, set_: Overrides = None, as_json: Json = False
+) -> None:
+    """Find modes and frequency responses about a posture; write them where -o says."""
+    with _written(output) as folder, _telling(quiet=as_json) as tell:
+        body, stated = _read(problem, set_)
+        posture = solve_posture(body, stated)
+        tell("vibrating")
+        vibration = solve_vibration(body, posture, stated)
+        if folder:
+            write_vibration(vibration, folder)
+    if as_json:
+        _print(vibration_record(vibration))
+    else:
+        _out.print(vibration_summary(vibration))
 
 
 @app.command()
 def view(directory: ResultFolder) -> None:
     """Serve the 3D page of a result live through meshcat until Ctrl-C."""
-    posture = read_posture(directory)
-    moving = _moving(posture.body, posture.problem, quiet=False)
-    serve(moving or posture, activity=_activity(posture, moving))
+    with _telling(quiet=False) as tell:
+        results = Results.of(read_posture(directory), tell)
+    serve(results.moving or results.posture, activity=results.activity)
 
 
 @app.command()
 def report(directory: ResultFolder) -> None:
-    """Write report and 3D page of a result anew."""
-    posture = read_posture(directory)
-    moving = _moving(posture.body, posture.problem, quiet=False)
-    activity = _activity(posture, moving)
-    with whole_folder(directory) as scratch:
-        _draw(posture, moving, activity, scratch)
-    _out.print(f"Wrote {_pages(directory, moving, activity)}.")
+    """Write reports and 3D page of a result anew."""
+    with _telling(quiet=False) as tell, whole_folder(directory) as scratch:
+        results = Results.of(read_posture(directory), tell)
+        tell("drawing reports and 3D page")
+        results.draw(scratch)
+    _out.print(f"Wrote {_listed(directory, results)}.")
 
 
 @app.command()
@@ -221,107 +229,32 @@ def _read(problem: str, overrides: list[str] | None) -> tuple[Body, Problem]:
     return build_body(stated.subject), stated
 
 
-def _solve(problem: str, overrides: list[str] | None) -> Posture:
-    return solve_posture(*_read(problem, overrides))
-
-
-def _move(body: Body, problem: Problem, quiet: bool) -> Motion:
-    with _progress(quiet) as progress:
-        step = progress.add_task("moving", total=None)
-        return solve_motion(
-            body,
-            problem,
-            lambda done, of: progress.update(step, description=f"moving: {done} of {of} steps"),
-        )
-
-
-def _reach(body: Body, problem: Problem, quiet: bool) -> Trajectory:
-    with _progress(quiet) as progress:
-        step = progress.add_task("reaching", total=None)
-
-        def tell(mesh: int, intervals: int) -> None:
-            progress.update(step, description=f"reaching: mesh {mesh}, {intervals} intervals")
-
-        return reach(body, problem, on_mesh=tell)
-
-
-def _moving(body: Body, problem: Problem, quiet: bool) -> Motion | Trajectory | None:
-    """What a problem asks for beside its posture, if anything."""
-    if problem.motion is not None:
-        return _move(body, problem, quiet)
-    return None if problem.trajectory is None else _reach(body, problem, quiet)
-
-
-def _activate(body: Body, problem: Problem, quiet: bool) -> Activity:
-    """What the muscles do in a problem's motion, or else in its posture."""
-    shown = _move(body, problem, quiet) if problem.motion else solve_posture(body, problem)
-    with _progress(quiet) as progress:
-        progress.add_task("activating the muscles", total=None)
-        return solve_activation(body, shown, problem)
-
-
-def _activity(posture: Posture, moving: Motion | Trajectory | None) -> Activity | None:
-    """What the muscles do, if a problem asks for it."""
-    problem = posture.problem
-    if problem.activation is None or problem.trajectory is not None:
-        return None  # a reach tells its own
-    shown = moving if isinstance(moving, Motion) else posture
-    return solve_activation(posture.body, shown, problem)
-
-
-def _write_moving(moving: Motion | Trajectory | None, folder: Path) -> None:
-    match moving:
-        case Motion():
-            write_motion(moving, folder)
-        case Trajectory():
-            write_trajectory(moving, folder)
-
-
-def _draw(
-    posture: Posture,
-    moving: Motion | Trajectory | None,
-    activity: Activity | None,
-    folder: Path,
-) -> None:
-    """Write the pages: what moves and the muscles have reports of their own; the 3D page plays."""
-    write_report(posture, folder / "report.html")
-    if moving is not None:
-        write_motion_report(moving, folder / _report_of(moving))
-    if activity is not None:
-        write_activation_report(activity, folder / "activation.html")
-    write_view(moving or posture, folder / "view.html", activity)
-
-
-def _report_of(moving: Motion | Trajectory) -> str:
-    return "motion.html" if isinstance(moving, Motion) else "trajectory.html"
-
-
-def _pages(folder: Path, moving: Motion | Trajectory | None, activity: Activity | None) -> str:
-    names = ["report.html", *([_report_of(moving)] if moving else [])]
-    names += [*(["activation.html"] if activity else []), "view.html"]
-    return ", ".join(f"[bold]{folder / name}[/]" for name in names)
-
-
-def _tell(posture: Posture, as_json: bool) -> None:
-    if as_json:
-        print(json.dumps([as_record(posture)]))
+@contextmanager
+def _written(output: Path | None) -> Iterator[Path | None]:
+    """A folder to fill where one is asked for."""
+    if output is None:
+        yield None
     else:
-        _out.print(summary(posture))
+        with whole_folder(output) as scratch:
+            yield scratch
 
 
-def _tell_moving(moving: Motion | Trajectory, as_json: bool) -> None:
-    if as_json:
-        of = motion_record(moving) if isinstance(moving, Motion) else trajectory_record(moving)
-        print(json.dumps([of]))
-    elif isinstance(moving, Motion):
-        _out.print(motion_summary(moving))
-    else:
-        _out.print(trajectory_summary(moving))
-
-
-def _progress(quiet: bool) -> Progress:
+@contextmanager
+def _telling(quiet: bool) -> Iterator[Tell]:
+    """Tell on the terminal what is going on, while it goes on."""
     columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
-    return Progress(*columns, console=_err, transient=True, disable=quiet or not _err.is_terminal)
+    hidden = quiet or not _err.is_terminal
+    with Progress(*columns, console=_err, transient=True, disable=hidden) as progress:
+        step = progress.add_task("reading the problem", total=None)
+        yield lambda words: progress.update(step, description=words)
+
+
+def _listed(folder: Path, results: Results) -> str:
+    return ", ".join(f"[bold]{folder / name}[/]" for name in results.pages)
+
+
+def _print(record: dict[str, object]) -> None:
+    print(json.dumps([record]))
 
 
 # Bad options, arguments and commands alike; typer makes only this child of it public.

@@ -47,9 +47,9 @@ class VibrationBlock(Block):
     """How the person vibrates about the posture.
 
     `beside`: other models, for their responses in the same charts. `input`: what moves: the seat
-    with all that stands on it, or the backrest alone. `frames`: links whose motions are told; the
-    head, the pelvis and all grips if not given. `gravity`:
-    count the stiffness, negative for what stands, of the weight; `prestress`: that of the forces
+    with all that stands on it, or the backrest alone. `frames`: links whose motions are told beside
+    the head's; the pelvis's and all grips' if not given. `gravity`: count the stiffness, negative
+    for what stands, of the weight; `prestress`: that of the forces
     with which the tasks hold the posture. The source counts neither. `grip`: whether a hand keeps
     hold of the lever it is on; what the other tasks hold is let go.
     """
