@@ -23,6 +23,7 @@ class Vibration:
     """How a person vibrates about a posture.
 
     Attributes:
+        body: who.
         problem: what was asked; its `vibration` block counts, or the defaults of one.
         posture: about which.
         system: the model.
@@ -32,6 +33,7 @@ class Vibration:
         beside: responses of the other models asked for, by name.
     """
 
+    body: Body
     problem: Problem
     posture: Posture
     system: LinearSystem
@@ -73,6 +75,7 @@ def vibrate(body: Body, posture: Posture, problem: Problem) -> Vibration:
     system = model_of(asked.model, body, posture, problem)
     others = {name: model_of(name, body, posture, problem) for name in asked.beside}
     return Vibration(
+        body,
         problem,
         posture,
         system,
