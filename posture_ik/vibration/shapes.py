@@ -8,10 +8,11 @@ import numpy as np
 import pinocchio as pin
 
 from posture_ik.arrays import Array
-from posture_ik.problem import SPINE
+from posture_ik.problem import COMPONENTS, SPINE
 from posture_ik.vibration.finite_element import LOOSE, build_finite_element
 from posture_ik.vibration.linear import linearise
 from posture_ik.vibration.network import carry
+from posture_ik.vibration.system import LinearSystem
 from posture_ik.vibration.vibrate import Vibration
 
 
@@ -36,7 +37,7 @@ def link_motions(vibration: Vibration, links: Sequence[str]) -> dict[str, Array]
     model, problem = vibration.asked.model, vibration.problem
     if model == "multibody":
         system = linearise(vibration.body, vibration.posture, problem, links)
-        return dict(zip(links, system.Y[0, : 6 * len(links)].reshape(len(links), 6, -1), strict=True))
+        return _read(system, links, 0, "")
     if model == "finite_element":
         return _of_vertebrae(vibration, links)
     return {}
@@ -52,17 +53,23 @@ def _of_vertebrae(vibration: Vibration, links: Sequence[str]) -> dict[str, Array
         seat.cushion,
         frames=bodies,
     )
-    rows = system.Y[2, : 6 * len(bodies)].reshape(len(bodies), 6, -1)
-    moving = dict(zip(bodies, rows, strict=True))
+    moving = _read(system, bodies, 2, "acceleration ")
     motions = {}
     for link in links:
         vertebra = link if link in bodies else _carrier(vibration.posture.body.model, link)
         # The legs and the levers stand on the floor.
-        motions[link] = np.zeros_like(rows[0])
+        motions[link] = np.zeros((6, len(system.coordinates)))
         if vertebra is not None:
             offset = frames[link].translation - frames[vertebra].translation
             motions[link] = carry(offset) @ moving[vertebra]
     return motions
+
+
+def _read(system: LinearSystem, links: Sequence[str], order: int, word: str) -> dict[str, Array]:
+    """What of the outputs `Head x` or `Head acceleration x` are the coordinates' doing."""
+    ports = [f"{link} {word}{component}" for link in links for component in COMPONENTS]
+    rows = system.of((), ports).Y[order]
+    return dict(zip(links, rows.reshape(len(links), 6, -1), strict=True))
 
 
 def _carrier(model: pin.Model, link: str) -> str | None:
