@@ -50,11 +50,41 @@ def tubes(activity: Activity) -> dict[str, Any]:
     }
 
 
+def riders(activity: Activity) -> dict[str, Any]:
+    """How the muscles' points, (50, 20), ride on `links`: from one, `share` of the way to another.
+
+    Args:
+        activity: whose first instant counts.
+    """
+    paths, q = Paths.of(activity.shown.body), activity.q[0]
+    carriers = paths.carriers(q)
+    links = sorted({link for those in carriers for link in those})
+    rows = []
+    for line, those in zip(paths.polylines(q), carriers, strict=True):
+        places = _even(line, POINTS)
+        before = np.minimum(places.astype(int), len(line) - 2)
+        numbers = np.array([links.index(link) for link in those])
+        rows.append((numbers[before], numbers[before + 1], places - before))
+    lower, upper, share = (np.array(column) for column in zip(*rows, strict=True))
+    return {
+        "links": links,
+        "lower": packed(lower, "u1"),
+        "upper": packed(upper, "u1"),
+        "share": packed(share),
+    }
+
+
 def along(line: Array, count: int = POINTS) -> Array:
     """Points (count, 3) evenly along a broken line (k, 3)."""
+    places, corners = _even(line, count), np.arange(len(line))
+    return np.column_stack([np.interp(places, corners, of) for of in line.T])
+
+
+def _even(line: Array, count: int) -> Array:
+    """Where `count` even points of a broken line (k, 3) lie, from 0, its first point, to k - 1."""
     run = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
-    at = np.linspace(0.0, run[-1], count)
-    return np.column_stack([np.interp(at, run, of) for of in line.T])
+    places: Array = np.interp(np.linspace(0.0, run[-1], count), run, np.arange(len(line)))
+    return places
 
 
 def _steps(activity: Activity) -> list[int]:

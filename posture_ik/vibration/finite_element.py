@@ -94,6 +94,7 @@ def build_finite_element(
     backrest: RigidBack | FoamBack | None = None,
     cushion: Cushion | None = None,
     values: OpenValues | None = None,
+    frames: Sequence[str] = ("Head", "S1"),
 ) -> LinearSystem:
     """The finite-element model of a seated person.
 
@@ -103,6 +104,7 @@ def build_finite_element(
         backrest: what holds the back, if anything; it moves with the seat.
         cushion: the seat and cushion between the floor and the person, if any.
         values: in place of the identified ones.
+        frames: vertebrae and viscera whose accelerations are outputs.
 
     Returns:
         A system whose coordinates are `Head x` to `S1 rz` (each body's motion at its node, in the
@@ -112,7 +114,7 @@ def build_finite_element(
 
         Inputs are six motions about the seat's origin, `seat x` to `seat rz`; with a cushion
         `floor x` to `floor rz`, which it follows in all but z. Outputs are accelerations of
-        `Head`, `S1` and, with a cushion, `seat z` and `cushion z`; and the forces, with moments
+        `frames` and, with a cushion, `seat z` and `cushion z`; and the forces, with moments
         about the seat's origin, that act on the person from below (`seat force x` to `rz`) and
         from the backrest (`backrest force x` to `rz`), and on the seat from the floor.
     """
@@ -141,8 +143,7 @@ def build_finite_element(
         springs.append(Spring(rise, np.array([part.stiffness]), np.array([part.damping])))
     buttocks, corners = _buttocks(person, values, under)
     readouts = [
-        acceleration("Head", COMPONENTS, person.motions["Head"]),
-        acceleration("S1", COMPONENTS, person.motions["S1"]),
+        *(acceleration(frame, COMPONENTS, person.motions[frame]) for frame in frames),
         *(acceleration(layer, "z", below[layer][2:3]) for layer in layers),
         force("seat", COMPONENTS, exerted(buttocks, corners)),
     ]

@@ -32,6 +32,7 @@ class Vibration:
     """How a person vibrates about a posture.
 
     Attributes:
+        body: who.
         problem: what was asked; its `vibration` block counts, or the defaults of one.
         posture: about which.
         system: the model.
@@ -41,6 +42,7 @@ class Vibration:
         beside: responses of the other models asked for, by name.
     """
 
+    body: Body
     problem: Problem
     posture: Posture
     system: LinearSystem
@@ -128,6 +130,7 @@ def vibrate(body: Body, posture: Posture, problem: Problem) -> Vibration:
     system, response = systems[asked.model], responses.pop(asked.model)
     _check_frames(asked, seen_frames(response))
     return Vibration(
+        body,
         problem,
         posture,
         system,
