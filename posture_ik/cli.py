@@ -174,7 +174,7 @@ def view(directory: ResultFolder) -> None:
     """Serve the 3D page of a result live through meshcat until Ctrl-C."""
     with _telling(quiet=False) as tell:
         results = Results.of(read_posture(directory), tell)
-    serve(results.moving or results.posture, activity=results.activity)
+    serve(results.shown, activity=results.activity, vibration=results.modes)
 
 
 @app.command()

@@ -64,7 +64,7 @@ class Results:
             activity = solve_activation(body, shown, problem)
         if problem.vibration is not None:
             tell("vibrating")
-            vibration = vibrate(body, posture, problem)
+            vibration = vibrate(body, posture, problem, None if moving else activity)
         return cls(posture, moving, activity, vibration)
 
     def write(self, folder: Path) -> None:
@@ -89,7 +89,17 @@ class Results:
             write_activation_report(self.activity, folder / "activation.html")
         if self.vibration is not None:
             write_vibration_report(self.vibration, folder / "vibration.html")
-        write_view(self.moving or self.posture, folder / "view.html", self.activity)
+        write_view(self.shown, folder / "view.html", self.activity, self.modes)
+
+    @property
+    def shown(self) -> Posture | Motion | Trajectory:
+        """What the 3D page plays."""
+        return self.moving or self.posture
+
+    @property
+    def modes(self) -> Vibration | None:
+        """Whose modes the 3D page plays: of a posture, where nothing else moves."""
+        return None if self.moving else self.vibration
 
     @property
     def pages(self) -> list[str]:

@@ -127,6 +127,11 @@ class Activity:
         return _both([[r.reserve for r in arms] for arms in self.recruitments])
 
     @property
+    def working(self) -> tuple[str, ...]:
+        """Arms that hold something, of `right` and `left`; the others rest on the thighs."""
+        return _working(self.problem, self.asked)
+
+    @property
     def delivered(self) -> Array:
         """Torques of the muscles, active and passive, (T, 14), N m."""
         return self.demand - self.reserve
@@ -155,26 +160,13 @@ class Activity:
         body = self.shown.body
         q, recruitment = self.q[step], self.recruitments[step][list(ARMS).index(side)]
         muscles, law = _part(self.muscles, here), LAWS[self.asked.law]
-        length, rate = self.length[step, here], self.rate[step, here]
         jacobian = self.paths.evaluate(q)[1][here, joints]
-        short = self.asked.short_range
-
-        def bend(weights: Array) -> Array:
-            all_weights = np.zeros(len(self.muscles.names))
-            all_weights[here] = weights
-            return self.paths.curvature(q, all_weights)[joints, joints]
-
-        force = law(muscles, length, rate, recruitment.activation)
-        full = law(muscles, length, np.zeros_like(rate), np.ones_like(rate))
-        each = np.array([np.trace(bend(unit)) for unit in np.eye(len(length))])
-        slope = trace_slope(muscles, full, jacobian, each, short_range=short)
+        length = self.length[step, here]
+        full = law(muscles, length, np.zeros_like(length), np.ones_like(length))
+        each = np.array([np.trace(self._bend(side, q, unit)) for unit in np.eye(len(length))])
+        slope = trace_slope(muscles, full, jacobian, each, short_range=self.asked.short_range)
         softest, stiffest = extremes(recruitment.capacity, recruitment.activation, slope)
-        reflex = self.asked.reflex
-        stiffness = joint_stiffness(
-            muscle_stiffness(muscles, force, reflex.proportional, short_range=short),
-            jacobian,
-            bend(force.force),
-        )
+        stiffness, damping = self.impedance(side, step)
         data, rows = data_of(body.model), self.paths.rows[joints]
         reach = _jacobian(body, data, q, f"grip_{side[0]}")
         load = self.hand_force[step, list(ARMS).index(side)]
@@ -185,9 +177,32 @@ class Activity:
             softest,
             stiffest,
             stiffness,
-            joint_damping(muscle_damping(muscles, force, reflex.derivative), jacobian),
+            damping,
             endpoint(stiffness.total + bearing, reach[:3, rows]),
         )
+
+    def impedance(self, side: str, step: int = 0) -> tuple[JointStiffness, JointDamping]:
+        """Stiffness and damping of the `right` or `left` arm's seven joints at an instant."""
+        here, joints = ARMS[side]
+        q, recruitment = self.q[step], self.recruitments[step][list(ARMS).index(side)]
+        muscles, reflex = _part(self.muscles, here), self.asked.reflex
+        length, rate = self.length[step, here], self.rate[step, here]
+        jacobian = self.paths.evaluate(q)[1][here, joints]
+        force = LAWS[self.asked.law](muscles, length, rate, recruitment.activation)
+        stiff = muscle_stiffness(
+            muscles, force, reflex.proportional, short_range=self.asked.short_range
+        )
+        damped = muscle_damping(muscles, force, reflex.derivative)
+        bend = self._bend(side, q, force.force)
+        return joint_stiffness(stiff, jacobian, bend), joint_damping(damped, jacobian)
+
+    def _bend(self, side: str, q: Array, weights: Array) -> Array:
+        """Second derivatives of an arm's path lengths, weighted and summed, (7, 7), m."""
+        here, joints = ARMS[side]
+        all_weights = np.zeros(len(self.muscles.names))
+        all_weights[here] = weights
+        bend: Array = self.paths.curvature(q, all_weights)[joints, joints]
+        return bend
 
     def to_dataset(self) -> xr.Dataset:
         """Everything that a reader of `activation.nc` needs, named and with units."""
@@ -275,8 +290,7 @@ def solve_activation(body: Body, posture: Posture | Motion, problem: Problem) ->
             if force.any():
                 reach = _jacobian(shown.body, data, q[k], f"grip_{side[0]}")[:3, rows]
                 demand[k] -= reach.T @ force
-    holding = {task.side for task in problem.task if isinstance(task, Hand)}
-    resting = set(ARMS) - holding - set(asked.hand_force)
+    resting = set(ARMS) - set(_working(problem, asked))
     for side in resting:
         demand[:, ARMS[side][1]] = passive[:, ARMS[side][1]]
 
@@ -313,6 +327,11 @@ def solve_activation(body: Body, posture: Posture | Motion, problem: Problem) ->
         recruitments=recruitments,
         outside=tuple(dict.fromkeys(dof for each in q for dof in paths.outside(each))),
     )
+
+
+def _working(problem: Problem, asked: ActivationBlock) -> tuple[str, ...]:
+    holding = {task.side for task in problem.task if isinstance(task, Hand)} | set(asked.hand_force)
+    return tuple(side for side in ARMS if side in holding)
 
 
 def _both(arms: Sequence[Sequence[Array]]) -> Array:

@@ -3,6 +3,7 @@
 from posture_ik.problem.blocks import (
     Cushion,
     FoamBack,
+    LawBack,
     Layer,
     Lever,
     Problem,
@@ -43,6 +44,7 @@ __all__ = [
     "Gaze",
     "Hand",
     "Head",
+    "LawBack",
     "Layer",
     "Lever",
     "MotionBlock",

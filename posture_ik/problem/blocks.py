@@ -88,8 +88,27 @@ class FoamBack(Block):
 
     kind: Literal["foam"] = "foam"
     bodies: Bodies = expand_bodies("T1-T10")
-    stiffness: float = Field(21e3, gt=0.0)
+    stiffness: float = Field(21e3, ge=0.0)
     damping: float = Field(109.0, ge=0.0)
+    tangential_stiffness: float = Field(0.0, ge=0.0)
+    tangential_damping: float = Field(0.0, ge=0.0)
+
+
+class LawBack(Block):
+    """A backrest by the law of eq 44, that only pushes, or eq 45 (`bilateral`), that also pulls.
+
+    For vibration it is the spring that the law is about its `preload`, the force (N) with which
+    the back presses on it; the force of the posture's own backrest if not given. `length` (m): of
+    the rod that strains. The law has no damping; that beside it (N s/m) is none if not given. All
+    else is as of foam.
+    """
+
+    kind: Literal["law"] = "law"
+    bodies: Bodies = expand_bodies("T1-T10")
+    preload: float | None = None
+    bilateral: bool = False
+    length: float = Field(0.1, gt=0.0)
+    damping: float = Field(0.0, ge=0.0)
     tangential_stiffness: float = Field(0.0, ge=0.0)
     tangential_damping: float = Field(0.0, ge=0.0)
 
@@ -112,6 +131,9 @@ class Cushion(Block):
     cushion: Layer = Layer(mass=1.0, stiffness=37700.0, damping=159.0)
 
 
+Back = Annotated[RigidBack | FoamBack | LawBack, Field(discriminator="kind")]
+
+
 class Seat(Block):
     """Where one sits.
 
@@ -121,7 +143,7 @@ class Seat(Block):
     """
 
     recline_deg: float = Field(0.0, ge=-45.0, le=90.0)
-    backrest: Annotated[RigidBack | FoamBack, Field(discriminator="kind")] | None = None
+    backrest: Back | None = None
     cushion: Cushion | None = None
 
 

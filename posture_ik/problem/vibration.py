@@ -48,10 +48,12 @@ class VibrationBlock(Block):
 
     `beside`: other models, for their responses in the same charts. `input`: what moves: the seat
     with all that stands on it, or the backrest alone. `frames`: links whose motions are told beside
-    the head's; the pelvis's and all grips' if not given. `gravity`: count the stiffness, negative
-    for what stands, of the weight; `prestress`: that of the forces
-    with which the tasks hold the posture. The source counts neither. `grip`: whether a hand keeps
-    hold of the lever it is on; what the other tasks hold is let go.
+    the head's; the pelvis's and all grips' if not given. `discs`: joints of the spine, such as
+    `L4_L5`, whose strains and forces are told. `shape`, of the finite-element model: the erect
+    person turned rigidly with the backrest, or the solved posture. `gravity`: count the stiffness,
+    negative for what stands, of the weight; `prestress`: that of the forces with which the tasks
+    hold the posture. The source counts neither. `grip`: whether a hand keeps hold of the lever it
+    is on; what the other tasks hold is let go.
     """
 
     model: Model = "multibody"
@@ -59,6 +61,8 @@ class VibrationBlock(Block):
     input: Literal["seat", "backrest"] = "seat"
     frequencies: FrequencyBlock = FrequencyBlock()
     frames: tuple[str, ...] | None = None
+    discs: tuple[str, ...] = ()
+    shape: Literal["rigid", "solved"] = "rigid"
     gravity: bool = False
     prestress: bool = False
     grip: bool = True

@@ -14,7 +14,7 @@ from posture_ik.arrays import Array
 from posture_ik.body.scaling import Scale
 from posture_ik.body.spine import inertias
 from posture_ik.muscle import Activity
-from posture_ik.problem import SPINE, FoamBack, RigidBack
+from posture_ik.problem import SPINE, FoamBack, LawBack, RigidBack
 from posture_ik.show.looks import Look
 from posture_ik.show.moving import backrest_of, packed, riding, seven
 from posture_ik.show.tubes import riders
@@ -67,12 +67,14 @@ def mode_shapes(
     }
 
 
-def _back(backrest: RigidBack | FoamBack | None) -> str:
+def _back(backrest: RigidBack | FoamBack | LawBack | None) -> str:
     match backrest:
         case RigidBack():
             return "held by a rigid backrest"
         case FoamBack():
             return "against a backrest of foam"
+        case LawBack():
+            return "against a backrest that stiffens as it is pressed"
     return "free: the model has no backrest"
 
 
@@ -98,7 +100,7 @@ def _moving(
     vibration: Vibration, links: Sequence[str]
 ) -> tuple[dict[str, pin.SE3], dict[str, Array]]:
     """Where everything that may move stands, and its motion (6, n), by its path in the drawing."""
-    posture, coordinates = vibration.posture, vibration.system.coordinates
+    posture, system = vibration.posture, vibration.system
     grips = {f"levers/{name}": f"lever_{name}_grip" for name in posture.levers}
     drawn = {f"person/{link}": link for link in links}
     drawn |= {f"viscera/{name}": name for name in _viscera(vibration)}
@@ -114,9 +116,9 @@ def _moving(
         ("seat z", "seat/stem", here),
         ("seat z", "seat/backrest", back),
     ):
-        if layer in coordinates:
-            placed[path], motions[path] = pose, np.zeros((6, len(coordinates)))
-            motions[path][2, coordinates.index(layer)] = 1.0
+        if layer in system.coordinates:
+            placed[path], motions[path] = pose, np.zeros((6, len(system.coordinates)))
+            motions[path][2] = system.of((), [layer]).Y[0, 0]
     return placed, motions
 
 

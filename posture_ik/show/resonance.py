@@ -93,7 +93,11 @@ def mass_shares(vibration: Vibration, mode: Mode) -> dict[str, float]:
 def seat_in_words(problem: Problem) -> str:
     """What one sits in and leans on."""
     seat = problem.seat
-    kinds = {"rigid": "a rigid backrest", "foam": "a backrest of foam"}
+    kinds = {
+        "rigid": "a rigid backrest",
+        "foam": "a backrest of foam",
+        "law": "a backrest that stiffens as it is pressed",
+    }
     leans = "no backrest" if seat.backrest is None else kinds[seat.backrest.kind]
     return f"on a {'cushioned' if seat.cushion else 'rigid'} seat, {leans}"
 

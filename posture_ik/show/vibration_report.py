@@ -199,18 +199,19 @@ def _assumptions(vibration: Vibration) -> list[str]:
         lines += [
             "Multibody: joints give along the spine and in three turns, about the solved posture; "
             "shear is rigid. Springs are those of tissue, whatever chose the posture.",
-            "Hands that hold a lever keep hold of it; others hang on arms whose springs are "
-            "assumed. Of the tasks that chose the posture, the rest is let go."
-            if asked.grip
-            else "Hands let go of their levers; arms hang on springs that are assumed.",
+            _arms(vibration),
             f"The stiffness of weight, negative for what stands, is {_counted(asked.gravity)}; "
             f"that of the forces that hold the posture is {_counted(asked.prestress)}.",
         ]
     if "finite_element" in vibration.responses:
         lines.append(
-            "Finite elements: vertebrae with six motions each, arms as point masses on T2; the "
-            "erect person, reclined as a whole. What is not published was identified from the "
-            "modes and peaks of Cocco (2019)."
+            "Finite elements: vertebrae with six motions each, arms as point masses on T2; "
+            + (
+                "of the solved posture's shape. "
+                if asked.shape == "solved"
+                else "the erect person, reclined as a whole. "
+            )
+            + "What is not published was identified from the modes and peaks of Cocco (2019)."
         )
     if any(model.startswith("lumped:") for model in vibration.responses):
         lines.append(
@@ -227,6 +228,17 @@ def _assumptions(vibration: Vibration) -> list[str]:
     if seat.cushion is not None:
         lines.append("Seat and cushion give up and down alone; else they move with the floor.")
     return lines
+
+
+def _arms(vibration: Vibration) -> str:
+    grip = (
+        "Hands that hold a lever keep hold of it; what else chose the posture is let go. "
+        if vibration.asked.grip
+        else "What chose the posture is let go, and so are levers. "
+    )
+    if vibration.problem.activation is None:
+        return grip + "Arms hang on springs that are assumed."
+    return grip + "Arms at work are as stiff as their active muscles; others hang on springs."
 
 
 def _counted(counted: bool) -> str:

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 import scipy.linalg
 
 from posture_ik.arrays import Array
@@ -31,6 +32,42 @@ class Spring(NamedTuple):
     stretch: Array
     stiffness: Array
     damping: Array
+
+
+class Mean(NamedTuple):
+    """A node that takes the mean motion of others (`average`)."""
+
+    name: str
+    point: Array
+    axes: Array
+    of: tuple[str, ...]
+
+
+class Link(NamedTuple):
+    """Springs and dampers between what two nodes carry at one point.
+
+    Attributes:
+        name: of the joint, such as `L4_L5`.
+        lower, upper: nodes.
+        point: where, (3,), m.
+        axes: columns, (3, 3).
+        stiffness, damping: along and about the axes, (6,).
+        rigid: components that let nothing move, in place of springs.
+    """
+
+    name: str
+    lower: str
+    upper: str
+    point: Array
+    axes: Array
+    stiffness: Array
+    damping: Array
+    rigid: tuple[int, ...] = ()
+
+    @property
+    def sprung(self) -> list[int]:
+        """Components with a spring or a damper."""
+        return [int(i) for i in np.flatnonzero(np.abs(self.stiffness) + np.abs(self.damping))]
 
 
 class Readout(NamedTuple):
@@ -107,7 +144,7 @@ class Held(NamedTuple):
         forces: what holds A x at zero, rows (3, c, n) by order of derivative.
     """
 
-    kept: Array
+    kept: npt.NDArray[np.intp]
     every: Array
     forces: Array
 
@@ -124,6 +161,8 @@ def hold(constraint: Array, matrices: Array, free: int) -> Held:
         free: how many coordinates may be eliminated; the given motions behind them may not.
     """
     c, n = constraint.shape
+    if not c:
+        return Held(np.arange(n), np.eye(n), np.zeros((3, 0, n)))
     out = scipy.linalg.qr(constraint[:, :free], mode="r", pivoting=True)[1][:c]
     kept = np.setdiff1d(np.arange(n), out)
     every = np.zeros((n, n - c))
@@ -171,12 +210,53 @@ def acceleration(name: str, components: Sequence[str], motion: Array) -> Readout
     return Readout(ports, np.stack([np.zeros_like(motion), np.zeros_like(motion), motion]))
 
 
+def travel(name: str, components: Sequence[str], motion: Array) -> Readout:
+    """Read out a motion (k, n), its rate and acceleration, such as `Head velocity z`."""
+    none = np.zeros_like(motion)
+    orders = "", "velocity ", "acceleration "
+    rates = "", "/s", "/s^2"
+    ports = tuple(
+        Port(f"{name} {order}{c}", ("rad" if c.startswith("r") else "m") + rate)
+        for order, rate in zip(orders, rates, strict=True)
+        for c in components
+    )
+    rows = [np.concatenate([motion if i == k else none for i in range(3)]) for k in range(3)]
+    return Readout(ports, np.stack(rows))
+
+
+def strain(names: Sequence[str], spring: Spring) -> Readout:
+    """Read out the stretch of k springs and the force of spring and damper against it.
+
+    Args:
+        names: of the springs, such as `L4_L5_axial` and, of a hinge, `L4_L5_ry`.
+        spring: k of them.
+    """
+    turns = [name.rpartition("_")[2].startswith("r") for name in names]
+    ports = (
+        *(Port(name, "rad" if turn else "m") for name, turn in zip(names, turns, strict=True)),
+        *(
+            Port(f"{name} force", "N m" if turn else "N")
+            for name, turn in zip(names, turns, strict=True)
+        ),
+    )
+    none = np.zeros_like(spring.stretch)
+    stiff, damped = spring.stiffness[:, None], spring.damping[:, None]
+    rows = [
+        np.vstack([spring.stretch, stiff * spring.stretch]),
+        np.vstack([none, damped * spring.stretch]),
+        np.vstack([none, none]),
+    ]
+    return Readout(ports, np.stack(rows))
+
+
 def force(name: str, components: Sequence[str], rows: Array) -> Readout:
     """Read out a force from its rows (3, k, n), such as `seat force z`."""
-    ports = tuple(
-        Port(f"{name} force {c}", "N m" if c.startswith("r") else "N") for c in components
-    )
-    return Readout(ports, rows)
+    return Readout(force_ports(name, components), rows)
+
+
+def force_ports(name: str, components: Sequence[str]) -> tuple[Port, ...]:
+    """The force and moment of a thing, such as `seat force z`."""
+    return tuple(Port(f"{name} force {c}", "N m" if c.startswith("r") else "N") for c in components)
 
 
 def motion_ports(name: str, components: Sequence[str]) -> tuple[Port, ...]:

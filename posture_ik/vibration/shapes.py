@@ -9,11 +9,10 @@ import pinocchio as pin
 
 from posture_ik.arrays import Array
 from posture_ik.problem import COMPONENTS, SPINE
-from posture_ik.vibration.finite_element import LOOSE, build_finite_element
-from posture_ik.vibration.linear import linearise
 from posture_ik.vibration.network import carry
+from posture_ik.vibration.spine_elements import LOOSE
 from posture_ik.vibration.system import LinearSystem
-from posture_ik.vibration.vibrate import Vibration
+from posture_ik.vibration.vibrate import Vibration, model_of
 
 
 def link_motions(vibration: Vibration, links: Sequence[str]) -> dict[str, Array]:
@@ -34,26 +33,24 @@ def link_motions(vibration: Vibration, links: Sequence[str]) -> dict[str, Array]
     Raises:
         PostureIKError: the body has no such link.
     """
-    model, problem = vibration.asked.model, vibration.problem
+    model = vibration.asked.model
     if model == "multibody":
-        system = linearise(vibration.body, vibration.posture, problem, links)
-        return _read(system, links, 0, "")
+        return _read(_seen(vibration, links), links)
     if model == "finite_element":
         return _of_vertebrae(vibration, links)
     return {}
 
 
+def _seen(vibration: Vibration, links: Sequence[str]) -> LinearSystem:
+    """The same model with the motions of these links as outputs."""
+    name, problem = vibration.asked.model, vibration.problem
+    return model_of(name, vibration.body, vibration.posture, problem, links)
+
+
 def _of_vertebrae(vibration: Vibration, links: Sequence[str]) -> dict[str, Array]:
-    seat, frames = vibration.problem.seat, vibration.posture.frames
-    bodies = (*SPINE, *LOOSE)
-    system = build_finite_element(
-        vibration.problem.subject,
-        float(np.radians(seat.recline_deg)),
-        seat.backrest,
-        seat.cushion,
-        frames=bodies,
-    )
-    moving = _read(system, bodies, 2, "acceleration ")
+    frames, bodies = vibration.posture.frames, (*SPINE, *LOOSE)
+    system = _seen(vibration, bodies)
+    moving = _read(system, bodies)
     motions = {}
     for link in links:
         vertebra = link if link in bodies else _carrier(vibration.posture.body.model, link)
@@ -65,10 +62,10 @@ def _of_vertebrae(vibration: Vibration, links: Sequence[str]) -> dict[str, Array
     return motions
 
 
-def _read(system: LinearSystem, links: Sequence[str], order: int, word: str) -> dict[str, Array]:
-    """What of the outputs `Head x` or `Head acceleration x` are the coordinates' doing."""
-    ports = [f"{link} {word}{component}" for link in links for component in COMPONENTS]
-    rows = system.of((), ports).Y[order]
+def _read(system: LinearSystem, links: Sequence[str]) -> dict[str, Array]:
+    """What of the outputs `Head x` to `Head rz` are the coordinates' doing."""
+    ports = [f"{link} {component}" for link in links for component in COMPONENTS]
+    rows = system.of((), ports).Y[0]
     return dict(zip(links, rows.reshape(len(links), 6, -1), strict=True))
 
 

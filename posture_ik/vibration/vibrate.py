@@ -10,8 +10,10 @@ import xarray as xr
 
 from posture_ik.body import Body
 from posture_ik.errors import BadProblem, nearest
+from posture_ik.muscle import Activity, solve_activation
 from posture_ik.posture import Posture
-from posture_ik.problem import Problem, VibrationBlock
+from posture_ik.problem import SPINE, Problem, VibrationBlock
+from posture_ik.vibration.backrest import at_preload
 from posture_ik.vibration.dataset import along_models, in_parts, matrices_of, modes_of
 from posture_ik.vibration.finite_element import build_finite_element
 from posture_ik.vibration.linear import linearise
@@ -104,13 +106,17 @@ class Vibration:
         )
 
 
-def vibrate(body: Body, posture: Posture, problem: Problem) -> Vibration:
+def vibrate(
+    body: Body, posture: Posture, problem: Problem, activity: Activity | None = None
+) -> Vibration:
     """Find how a person vibrates about a posture.
 
     Args:
         body: who.
-        posture: about which; only the multibody model takes its shape.
-        problem: its `vibration`, `seat`, `subject` and hands on levers count.
+        posture: about which; the multibody model takes its shape, others where asked.
+        problem: its `vibration`, `seat`, `subject`, `activation` and hands on levers count.
+        activity: the muscles that hold the posture, found here if not given and the problem has
+            `activation`.
 
     Returns:
         Model, modes and responses.
@@ -119,10 +125,16 @@ def vibrate(body: Body, posture: Posture, problem: Problem) -> Vibration:
         PostureIKError: what is asked does not exist or cannot be (`linearise`, `load_lumped`).
     """
     asked = problem.vibration or VibrationBlock()
+    if activity is None and problem.activation and "multibody" in (asked.model, *asked.beside):
+        activity = solve_activation(body, posture, problem)
+    frames = None if asked.frames is None else tuple(dict.fromkeys(("Head", *asked.frames)))
+    shared = None if frames is None else tuple(frame for frame in frames if frame in SPINE)
     systems = {
-        name: _that_moves(name, model_of(name, body, posture, problem), _base(problem))
-        for name in dict.fromkeys((asked.model, *asked.beside))
+        name: model_of(name, body, posture, problem, shared, activity) for name in asked.beside
     }
+    systems[asked.model] = model_of(asked.model, body, posture, problem, frames, activity)
+    for name, system in systems.items():
+        _check_moves(name, system, _base(problem))
     responses = {
         name: frequency_response(system, asked.frequencies.values)
         for name, system in systems.items()
@@ -142,20 +154,32 @@ def vibrate(body: Body, posture: Posture, problem: Problem) -> Vibration:
     )
 
 
-def model_of(name: str, body: Body, posture: Posture, problem: Problem) -> LinearSystem:
+def model_of(
+    name: str,
+    body: Body,
+    posture: Posture,
+    problem: Problem,
+    frames: Sequence[str] | None = None,
+    activity: Activity | None = None,
+) -> LinearSystem:
     """The model that `vibration.model` names.
 
     Raises:
         PostureIKError: there is no such model, or it cannot be built.
     """
-    seat = problem.seat
+    seat, asked = problem.seat, problem.vibration or VibrationBlock()
     if name == "multibody":
-        frames = problem.vibration.frames if problem.vibration else None
-        head_first = None if frames is None else tuple(dict.fromkeys(("Head", *frames)))
-        return linearise(body, posture, problem, head_first)
+        return linearise(body, posture, problem, frames, discs=asked.discs, activity=activity)
     if name == "finite_element":
-        recline = float(np.radians(seat.recline_deg))
-        return build_finite_element(problem.subject, recline, seat.backrest, seat.cushion)
+        return build_finite_element(
+            problem.subject,
+            float(np.radians(seat.recline_deg)),
+            seat.backrest and at_preload(seat.backrest, posture),
+            seat.cushion,
+            posture=posture if asked.shape == "solved" else None,
+            frames=("Head", "S1") if frames is None else frames,
+            discs=asked.discs,
+        )
     return build_lumped(load_lumped(name.removeprefix("lumped:")), seat.cushion)
 
 
@@ -164,8 +188,7 @@ def _base(problem: Problem) -> str:
     return "floor" if asked.input == "seat" and problem.seat.cushion is not None else asked.input
 
 
-def _that_moves(name: str, system: LinearSystem, base: str) -> LinearSystem:
-    """The model itself, if it has what is to move."""
+def _check_moves(name: str, system: LinearSystem, base: str) -> None:
     if not any(port.name.startswith(f"{base} ") for port in system.inputs):
         moved = dict.fromkeys(port.name.rpartition(" ")[0] for port in system.inputs)
         raise BadProblem(
@@ -173,7 +196,6 @@ def _that_moves(name: str, system: LinearSystem, base: str) -> LinearSystem:
             f"the model {name!r} has no {base} that could move; what moves there is "
             f"{' or '.join(moved)}.",
         )
-    return system
 
 
 def _check_frames(asked: VibrationBlock, known: Sequence[str]) -> None:

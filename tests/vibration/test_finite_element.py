@@ -242,13 +242,19 @@ def test_reciprocity_and_no_energy_from_nothing(backrest):
     [RigidBack(), FoamBack(), STICKY],
 )
 def test_seat_and_backrest_together_carry_the_person(backrest):
-    """Slowly moved, both forces and moments add up to the rigid body's."""
+    """Slowly moved, both forces and moments add up to the rigid body's, and to the total."""
     system = build_finite_element(recline=0.3, backrest=backrest)
     f = 1e-3
-    seat = response(system, [f], SEAT, SEAT_FORCE)[0]
-    back = response(system, [f], SEAT, BACKREST_FORCE)[0]
-    found = -(seat + back).real / (2 * np.pi * f) ** 2
+    seat, back, total = (
+        response(system, [f], SEAT, outputs)[0]
+        for outputs in (SEAT_FORCE, BACKREST_FORCE, [f"total force {c}" for c in COMPONENTS])
+    )
+    turn = pin.rpy.rpyToMatrix(0.0, -0.3, 0.0)
+    point = turn @ (nodes(REFERENCE)["T7"] - [0.1, 0.0, 0.0])
+    from_seat = pin.SE3(turn, point).toActionMatrixInverse()
+    found = -(seat + from_seat.T @ back).real / (2 * np.pi * f) ** 2
     np.testing.assert_allclose(found, rigid_person(0.3), atol=1e-3)
+    np.testing.assert_allclose(-total.real / (2 * np.pi * f) ** 2, rigid_person(0.3), atol=1e-3)
 
 
 def test_a_rigid_backrest_lets_slide_along():

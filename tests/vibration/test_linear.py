@@ -13,7 +13,7 @@ from scipy.linalg import eigvalsh, null_space
 
 import posture_ik as pik
 from posture_ik.errors import PostureIKError
-from posture_ik.vibration.backrest import mean_motion, rigid_motion
+from posture_ik.vibration.network import average
 from posture_ik.vibration.person import Person
 
 Models = Any  # of conftest.py
@@ -62,14 +62,14 @@ def elements(
         before = [posture.frames[name] for name in back.bodies]
         now = [data.oMi[6].actInv(place(name)) for name in back.bodies]
         centre, middle = (np.mean([p.translation for p in ps], axis=0) for ps in (before, now))
-        length = np.mean([np.linalg.norm(p.translation - centre) for p in before])
+        point = posture.frames["T7"].translation - 0.1 * square
+        length = np.mean([np.linalg.norm(p.translation - point) for p in before])
         spread = sum(
             np.outer(b.translation - middle, a.translation - centre)
             + length**2 / 2 * b.rotation @ a.rotation.T
             for a, b in zip(before, now, strict=True)
         )
         left, _, right = np.linalg.svd(spread)
-        point = posture.frames["T7"].translation - 0.1 * square
         travel = middle + left @ right @ (point - centre) - point
         found.append((float(square @ travel), back.stiffness, back.damping))
         found.append((float(along @ travel), back.tangential_stiffness, back.tangential_damping))
@@ -248,7 +248,6 @@ def test_a_rigid_backrest_leaves_the_slide_alone(models: Models) -> None:
     points = [posture.frames[body].translation for body in problem.seat.backrest.bodies]
     tilt = np.radians(15.0)
     axes = np.array([[np.cos(tilt), 0, -np.sin(tilt)], [0, 1, 0], [np.sin(tilt), 0, np.cos(tilt)]])
-    motion = mean_motion(points, posture.frames["T7"].translation - 0.1 * axes[:, 0])
     body, data = posture.body, posture.body.model.createData()
     pin.computeJointJacobians(body.model, data, posture.q)
     pin.updateFramePlacements(body.model, data)
@@ -256,19 +255,12 @@ def test_a_rigid_backrest_leaves_the_slide_alone(models: Models) -> None:
         pin.getFrameJacobian(body.model, data, body.model.getFrameId(name), pin.LOCAL_WORLD_ALIGNED)
         for name in problem.seat.backrest.bodies
     ]
-    rows = np.kron(np.eye(2), axes.T) @ motion @ np.vstack(jacobians)
+    motion = average(jacobians, points, posture.frames["T7"].translation - 0.1 * axes[:, 0])
+    rows = np.kron(np.eye(2), axes.T) @ motion
     rows = np.hstack([rows, np.zeros((6, 14))])[[0, 1, 3, 4, 5]]
     basis = null_space(rows)
     expected = eigvalsh(basis.T @ free.stiffness @ basis, basis.T @ free.mass @ basis)
     np.testing.assert_allclose(eigvalsh(held.stiffness, held.mass), expected, rtol=1e-7)
-
-
-def test_the_mean_of_a_rigid_motion_is_that_motion() -> None:
-    rng = np.random.default_rng(0)
-    points, point, centre = rng.normal(size=(7, 3)), rng.normal(size=3), rng.normal(size=3)
-    bodies = np.vstack([rigid_motion(p - centre) for p in points])
-    expected = rigid_motion(point - centre)
-    np.testing.assert_allclose(mean_motion(list(points), point) @ bodies, expected, atol=1e-12)
 
 
 def test_foam_takes_what_its_law_says(models: Models) -> None:

@@ -13,7 +13,7 @@ from scipy import signal
 import posture_ik as pik
 from posture_ik.errors import BadProblem, PostureIKError
 from posture_ik.vibration import LinearSystem, Port
-from posture_ik.vibration.backrest import mean_motion, rigid_motion
+from posture_ik.vibration.network import average, carry
 from posture_ik.vibration.person import Person
 
 Models = Any  # of conftest.py
@@ -322,11 +322,12 @@ def test_the_back_goes_where_a_rigid_backrest_goes(models: Models) -> None:
     tilt = np.radians(15.0)
     axes = np.array([[np.cos(tilt), 0, -np.sin(tilt)], [0, 1, 0], [np.sin(tilt), 0, np.cos(tilt)]])
     point = posture.frames["T7"].translation - 0.1 * axes[:, 0]
-    mean = mean_motion([posture.frames[name].translation for name in bodies], point)
+    places = [posture.frames[name].translation for name in bodies]
+    mean = average(list(np.split(np.eye(6 * len(bodies)), len(bodies))), places, point)
     along = np.kron(np.eye(2), axes.T)
     rows = [0, 1, 3, 4, 5]
     got = (along @ mean @ data.response.values)[:, rows]
-    expected = np.hstack([np.eye(6), along @ rigid_motion(point)])[rows]
+    expected = np.hstack([np.eye(6), along @ carry(point)])[rows]
     np.testing.assert_allclose(got, [expected] * 2, atol=1e-8)
 
 
