@@ -34,8 +34,8 @@ _MODELS = ("#1d5fae", "#e07a1f", "#2a9d8f", "#8a5aa8", "#c0392b", "#5d7f2a", "#a
 PRINTED = "#1c2733"
 #: A line has at most about so many points; peaks are told from every frequency.
 _POINTS = 800
-#: What is smaller than this is rounding.
-_NOTHING = 1e-6
+#: What is smaller than this, in any unit, is said in words: left and right hardly differ.
+_NOTHING = 1e-3
 
 #: Charts by what is chosen on the page, one button after the other.
 Choice = dict[str, Any]
@@ -156,7 +156,9 @@ def _chart(
     figure["layout"]["yaxis"] |= {"rangemode": "tozero"}
     if highest < _NOTHING:
         figure["layout"]["yaxis"] |= {"range": [0.0, 1.0]}
-        figure["layout"]["annotations"] = [_middle("nothing: left and right are alike")]
+        figure["layout"]["annotations"] = [
+            _middle(f"hardly anything: at most {highest:.1g} {unit}")
+        ]
         return figure
     peak = peak_of(sizes[vibration.asked.model])
     top = 1.18 * max(highest, printed.value if printed else 0.0)

@@ -221,9 +221,8 @@ def _assumptions(vibration: Vibration) -> list[str]:
     if seat.backrest is not None:
         held = seat.backrest.tangential_stiffness or seat.backrest.tangential_damping
         lines.append(
-            "The backrest holds the mean motion of "
-            f"{seat.backrest.bodies[0]} to {seat.backrest.bodies[-1]}, as if the back never left "
-            f"it, and along it the back {'is held by spring and damper' if held else 'slides'}."
+            "The backrest holds the mean motion of its vertebrae, as if the back never left it, "
+            f"and along it the back {'is held by spring and damper' if held else 'slides'}."
         )
     if seat.cushion is not None:
         lines.append("Seat and cushion give up and down alone; else they move with the floor.")
