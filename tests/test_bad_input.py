@@ -114,8 +114,8 @@ BAD = {
         "seat.backrest needs a kind, one of rigid, foam",
     ),
     "foam without stiffness": (
-        changed('seat.backrest={kind="foam", stiffness=0}'),
-        "seat.backrest.stiffness = 0.*greater than 0",
+        changed('seat.backrest={kind="foam", stiffness=-1}'),
+        "seat.backrest.stiffness = -1.*greater than or equal to 0",
     ),
     "a rigid backrest of foam": (
         changed('seat.backrest={kind="rigid", stiffness=2e4}'),

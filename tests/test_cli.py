@@ -190,12 +190,3 @@ def test_run_with_vibration_writes_its_page_and_its_modes(
     (tmp_path / "here" / "vibration.html").unlink()
     posture_ik("report", "here")
     assert (tmp_path / "here" / "vibration.html").exists()
-
-
-def test_report_of_levers_that_follow_does_not_add_them_again(
-    posture_ik: object, tmp_path: Path
-) -> None:
-    posture_ik("run", "pilot_push", "--set", "motion.rate=2", "-o", "here")
-    (tmp_path / "here" / "motion.html").unlink()
-    posture_ik("report", "here")
-    assert (tmp_path / "here" / "motion.html").exists()

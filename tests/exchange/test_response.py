@@ -1,4 +1,4 @@
-"""`response.nc` holds model, modes and responses whole, named and with units, without complex numbers."""
+"""`response.nc` holds model, modes and responses whole, with units, without complex numbers."""
 
 from __future__ import annotations
 
