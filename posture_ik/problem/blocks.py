@@ -22,6 +22,7 @@ from posture_ik.problem.tasks import (
     Hand,
     Position,
     Task,
+    Vertebra,
     expand_bodies,
     task_label,
 )
@@ -69,12 +70,13 @@ class Subject(Block):
 class RigidBack(Block):
     """A backrest that the back touches and slides along: nothing else of its mean motion is left.
 
-    The mean motion of `bodies` (an RBE3 average) is taken at a point 0.1 m behind T7. Along the
-    back it is free, or held by a spring (N/m) and a damper (N s/m).
+    The mean motion of `bodies` (an RBE3 average) is taken at a point 0.1 m behind the vertebra `at`.
+    Along the back it is free, or held by a spring (N/m) and a damper (N s/m).
     """
 
     kind: Literal["rigid"] = "rigid"
     bodies: Bodies = expand_bodies("T1-T10")
+    at: Vertebra = "T7"
     tangential_stiffness: float = Field(0.0, ge=0.0)
     tangential_damping: float = Field(0.0, ge=0.0)
 
@@ -82,12 +84,13 @@ class RigidBack(Block):
 class FoamBack(Block):
     """A backrest of foam: a spring (N/m) and a damper (N s/m) behind the mean of `bodies`.
 
-    They act square to the back at a point 0.1 m behind T7, and others along it where asked. The
-    values are those of Toward & Griffin's foam.
+    They act square to the back at a point 0.1 m behind the vertebra `at`, and others along it where
+    asked. The values are those of Toward & Griffin's foam.
     """
 
     kind: Literal["foam"] = "foam"
     bodies: Bodies = expand_bodies("T1-T10")
+    at: Vertebra = "T7"
     stiffness: float = Field(21e3, ge=0.0)
     damping: float = Field(109.0, ge=0.0)
     tangential_stiffness: float = Field(0.0, ge=0.0)
@@ -105,6 +108,7 @@ class LawBack(Block):
 
     kind: Literal["law"] = "law"
     bodies: Bodies = expand_bodies("T1-T10")
+    at: Vertebra = "T7"
     preload: float | None = None
     bilateral: bool = False
     length: float = Field(0.1, gt=0.0)

@@ -46,8 +46,15 @@ def expand_bodies(value: Any) -> Any:
     return tuple(bodies)
 
 
+def _a_vertebra(name: str) -> str:
+    if name not in SPINE:
+        raise ValueError(f"no vertebra is called {name!r}; {nearest(name, SPINE)}")
+    return name
+
+
 Position = Annotated[Vector, AfterValidator(_within_the_cabin)]
 Bodies = Annotated[tuple[str, ...], BeforeValidator(expand_bodies)]
+Vertebra = Annotated[str, AfterValidator(_a_vertebra)]
 Angle = Annotated[float, Field(ge=-180.0, le=180.0)]
 Components = Annotated[tuple[Component, ...], Field(min_length=1)]
 

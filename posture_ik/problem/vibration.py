@@ -52,8 +52,9 @@ class VibrationBlock(Block):
     `L4_L5`, whose strains and forces are told. `shape`, of the finite-element model: the erect
     person turned rigidly with the backrest, or the solved posture. `gravity`: count the stiffness,
     negative for what stands, of the weight; `prestress`: that of the forces with which the tasks
-    hold the posture. The source counts neither. `grip`: whether a hand keeps hold of the lever it
-    is on; what the other tasks hold is let go.
+    hold the posture. The source counts neither. `parameters`: stiffness and damping of the
+    source, or as calibrated to measurements. `grip`: whether a hand keeps hold of the lever it is
+    on; what the other tasks hold is let go.
     """
 
     model: Model = "multibody"
@@ -63,6 +64,7 @@ class VibrationBlock(Block):
     frames: tuple[str, ...] | None = None
     discs: tuple[str, ...] = ()
     shape: Literal["rigid", "solved"] = "rigid"
+    parameters: Literal["source", "calibrated"] = "source"
     gravity: bool = False
     prestress: bool = False
     grip: bool = True

@@ -1,5 +1,6 @@
 """Vibration about a posture: linear models, their modes and frequency responses."""
 
+from posture_ik.vibration.factors import Factors
 from posture_ik.vibration.finite_element import OpenValues, build_finite_element
 from posture_ik.vibration.linear import linearise
 from posture_ik.vibration.lumped import build_lumped, load_lumped, lumped_models
@@ -22,6 +23,7 @@ from posture_ik.vibration.system import LinearSystem, Port
 from posture_ik.vibration.vibrate import Vibration, vibrate
 
 __all__ = [
+    "Factors",
     "LinearSystem",
     "Mode",
     "OpenValues",

@@ -33,6 +33,7 @@ from posture_ik.problem import (
     VibrationBlock,
 )
 from posture_ik.vibration.backrest import at_preload, lean, rest_on
+from posture_ik.vibration.factors import Factors
 from posture_ik.vibration.network import carry
 from posture_ik.vibration.person import Person
 
@@ -48,6 +49,7 @@ class Assembly:
         ground: what carries all: the seat, or the floor under a cushion.
         moved: what is prescribed, and where in u.
         coordinates: names of x, (n,).
+        own: stiffness and damping of the spring and damper in each joint, (2, n).
         rides: what one unit of the cushion's rise moves, (p + n,); none if there is no cushion.
         carried: from the ground's motion to that of each other thing prescribed, (6, 6).
         layers: mass, kg, and motion (3, p + n) of seat and cushion, if there are any.
@@ -62,6 +64,7 @@ class Assembly:
     mass: Array
     damping: Array
     stiffness: Array
+    own: Array
     rides: Array | None = None
     carried: dict[str, Array] = field(default_factory=dict)
     layers: dict[str, tuple[float, Array]] = field(default_factory=dict)
@@ -107,14 +110,26 @@ class Assembly:
         pin.crba(model, data, q)
         full = np.triu(data.M) + np.triu(data.M, 1).T
         mass[np.ix_(at, at)] = full[np.ix_(order, order)]
-        stiffness[at, at] += np.r_[np.zeros(own), person.stiffness]
-        damping[at, at] += np.r_[np.zeros(own), person.damping]
+        softer, damped = Factors.of(block.parameters).of_coordinates(person.coordinates)
+        springs, dampers = softer * person.stiffness, damped * person.damping
+        stiffness[at, at] += np.r_[np.zeros(own), springs]
+        damping[at, at] += np.r_[np.zeros(own), dampers]
         if block.gravity:
             falls = pin.computeGeneralizedGravityDerivatives(model, data, q)
             stiffness[np.ix_(at, at)] += falls[np.ix_(order, order)]
         pin.computeJointJacobians(model, data, q)
         pin.updateFramePlacements(model, data)
-        assembly = cls(person, data, ground, moved, coordinates, mass, damping, stiffness)
+        assembly = cls(
+            person,
+            data,
+            ground,
+            moved,
+            coordinates,
+            mass,
+            damping,
+            stiffness,
+            np.array([springs, dampers]),
+        )
         for name in person.moved:
             if name != "seat":
                 assembly.carried[name] = carry(assembly.pose(name).translation)
@@ -177,8 +192,8 @@ class Assembly:
             stiffness, damping = activity.impedance(side)
             rows = activity.paths.rows[ARMS[side][1]]
             at = self.inputs + rows
-            self.stiffness[at, at] -= self.person.stiffness[rows]
-            self.damping[at, at] -= self.person.damping[rows]
+            self.stiffness[at, at] -= self.own[0, rows]
+            self.damping[at, at] -= self.own[1, rows]
             self.stiffness[np.ix_(at, at)] += stiffness.total
             self.damping[np.ix_(at, at)] += damping.total
 
@@ -223,7 +238,7 @@ class Assembly:
 
     def lean_on(self, back: RigidBack | FoamBack, recline: float) -> None:
         """Set the backrest against the mean motion of its vertebrae, beside the seat's."""
-        mean, link = rest_on(back, recline, self.pose("T7").translation)
+        mean, link = rest_on(back, recline, self.pose(back.at).translation)
         points = {body: self.pose(body).translation for body in mean.of}
         motions = {body: self.jacobian(body) for body in mean.of}
         motion, carried = lean(mean, points, motions, self.seat(), self.motion("backrest"))

@@ -1,4 +1,4 @@
-"""The backrest: the mean motion of vertebrae at a point behind T7, and what holds it there.
+"""The backrest: the mean motion of vertebrae behind one of them, and what holds it there.
 
 The mean is Nastran's RBE3, `network.average`: rotations weigh by the mean distance of the vertebrae
 from that point. The posture's backrest task (`posture_ik.posture.tasks.Averaged`) has no such
@@ -20,7 +20,7 @@ from posture_ik.problem import COMPONENTS, FoamBack, LawBack, RigidBack
 from posture_ik.vibration.network import Link, Mean, average, carry
 from posture_ik.vibration.seat import law_stiffness
 
-#: How far behind T7 the mean motion is taken, m (§5.2).
+#: How far behind its vertebra the mean motion is taken, m (§5.2).
 BEHIND = 0.1
 #: Places of the components across and along the back.
 _ACROSS, _ALONG = COMPONENTS.index("x"), COMPONENTS.index("z")
@@ -38,7 +38,7 @@ def rest_on(back: RigidBack | FoamBack, recline: float, vertebra: Array) -> tupl
     Args:
         back: which vertebrae, and what they meet.
         recline: of the backrest, rad.
-        vertebra: where T7 is, (3,), m.
+        vertebra: where the one is that it stands behind, (3,), m.
     """
     axes = backrest_axes(recline)
     point = vertebra - BEHIND * axes[:, 0]
@@ -92,6 +92,7 @@ def at_preload(
         preload = _pressed(posture)
     return FoamBack(
         bodies=back.bodies,
+        at=back.at,
         stiffness=law_stiffness(preload, back.bilateral, back.length),
         damping=back.damping,
         tangential_stiffness=back.tangential_stiffness,

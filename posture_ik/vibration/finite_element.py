@@ -16,6 +16,7 @@ from posture_ik.errors import PostureIKError, nearest
 from posture_ik.posture import Posture
 from posture_ik.problem import COMPONENTS, SPINE, Cushion, FoamBack, LawBack, RigidBack, Subject
 from posture_ik.vibration.backrest import lean
+from posture_ik.vibration.factors import Factors
 from posture_ik.vibration.network import (
     Link,
     Mass,
@@ -46,6 +47,7 @@ def build_finite_element(
     backrest: RigidBack | FoamBack | LawBack | None = None,
     cushion: Cushion | None = None,
     values: OpenValues | None = None,
+    factors: Factors = Factors(),  # noqa: B008
     posture: Posture | None = None,
     frames: Sequence[str] = ("Head", "S1"),
     discs: Sequence[str] = (),
@@ -58,6 +60,7 @@ def build_finite_element(
         backrest: what holds the back, if anything; it moves with the seat.
         cushion: the seat and cushion between the floor and the person, if any.
         values: in place of the identified ones.
+        factors: on the tables' stiffness and damping.
         posture: gives the person its shape, in place of the erect one reclined.
         frames: vertebrae, viscera and `Head`, whose position, velocity and acceleration are
             outputs, along the world's axes (`Head z`, `Head acceleration z`).
@@ -71,7 +74,7 @@ def build_finite_element(
 
         Inputs are six motions about the seat's origin, `seat x` to `seat rz`; with a cushion
         `floor x` to `floor rz`, which it follows in all but z; and with a backrest `backrest x`
-        to `rz`, its motion beside the seat's, at a point 0.1 m behind T7 along its own axes.
+        to `rz`, its motion beside the seat's, along its own axes at a point 0.1 m behind T7.
         Outputs are motions of the frames and, with a cushion, of `seat z` and `cushion z`; of each
         disc its strains and the forces of spring and damper against them (`L4_L5_axial`,
         `L4_L5_axial force`, and likewise `x`, `y`, `rx`, `ry`, `rz`); the forces, with moments
@@ -83,7 +86,7 @@ def build_finite_element(
         PostureIKError: there is no such frame or disc, the posture's body lacks a vertebra, or the
             backrest does not bear its preload (`at_preload`).
     """
-    elements = spine_elements(subject, recline, backrest, cushion, values, posture)
+    elements = spine_elements(subject, recline, backrest, cushion, values, factors, posture)
     coordinates = tuple(
         f"{node.name} {COMPONENTS[component]}" for node in elements.nodes for component in node.free
     )

@@ -128,8 +128,7 @@ def _system(
         readouts.append(travel(name, "z", seen(motion[2:])))
     for disc in discs:
         names, rows, at = _strains(assembly, disc)
-        k, c = assembly.person.stiffness[at], assembly.person.damping[at]
-        readouts.append(strain(names, Spring(seen(rows), k, c)))
+        readouts.append(strain(names, Spring(seen(rows), *assembly.own[:, at])))
     resisted = np.concatenate([matrices[:, :p], np.zeros((3, p, f))], axis=2)
     resisted[0, :, len(mass) :] = -push[:p]
     readouts += _forces(assembly, resisted, seen)

@@ -25,9 +25,8 @@ from posture_ik.body import Body
 from posture_ik.body.scaling import Scale
 from posture_ik.body.spine import VISCERA
 from posture_ik.body.tables import numbers, table
+from posture_ik.vibration.spine_elements import LOOSE, TIE_DAMPING_TIME, OpenValues
 
-#: Those with a motion of their own; the others carry the ends of the column, rigid on T10 and S1.
-SWINGING = tuple(name for name in VISCERA if name not in ("T10V", "S1V"))
 MOTIONS = ("x", "y", "z", "rx", "ry", "rz")
 _JOINTS = (
     pin.JointModelPX,
@@ -135,9 +134,9 @@ def _person(body: Body) -> Person:
 
     swinging = [f"{viscus}_{axis}" for viscus in viscera for axis in "xz"]
     place_of = {name: model.joints[i].idx_v for i, name in enumerate(model.names) if i}
-    ties = [float(table("identified")[f"viscera_tie_{name[-1]}"]["value"]) for name in swinging]
-    slowness = float(table("identified")["viscera_tie_damping_time"]["value"])
-    tied = np.array(ties) * _axial_scale(body)
+    values = OpenValues.identified("multibody")
+    tie = {"x": values.visceral_x, "z": values.visceral_z}
+    tied = np.array([tie[name[-1]] for name in swinging]) * _axial_scale(body)
     coordinates = (*body.dofs, *swinging)
     return Person(
         model,
@@ -146,8 +145,8 @@ def _person(body: Body) -> Person:
         np.array([place_of[name] for name in body.dofs]),
         np.array([place_of[name] for name in coordinates]),
         np.concatenate([body.stiffness, tied]),
-        np.concatenate([body.damping, slowness * tied]),
-        tuple(_column(body)),
+        np.concatenate([body.damping, TIE_DAMPING_TIME * tied]),
+        tuple(_column(body, values.column_top)),
     )
 
 
@@ -160,7 +159,7 @@ def _viscera(body: Body) -> dict[str, pin.Inertia]:
     weights = {}
     for link in ET.fromstring(body.urdf).iterfind("link"):
         name, inertial = link.get("name", ""), link.find("inertial")
-        if name not in SWINGING or inertial is None:
+        if name not in LOOSE or inertial is None:
             continue
         mass, tensor, origin = (inertial.find(tag) for tag in ("mass", "inertia", "origin"))
         if mass is None or tensor is None:
@@ -178,12 +177,13 @@ def _viscera(body: Body) -> dict[str, pin.Inertia]:
     return weights
 
 
-def _column(body: Body) -> Iterator[tuple[str, str, float, float]]:
+def _column(body: Body, top: float) -> Iterator[tuple[str, str, float, float]]:
     scale = _axial_scale(body)
     for upper, lower in pairwise(reversed(VISCERA)):
         if body.model.existFrame(upper) and body.model.existFrame(lower):
             k, c = numbers(table("table_12_viscera")[f"{upper}_{lower}"], "k33_N_m", "c33_N_s_m")
-            yield upper, lower, scale * k, scale * c
+            share = scale * (top if upper == VISCERA[-1] else 1.0)
+            yield upper, lower, share * k, share * c
 
 
 def _axial_scale(body: Body) -> float:

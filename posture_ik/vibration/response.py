@@ -153,7 +153,7 @@ def absorbed_power(data: xr.Dataset, base: str = "seat") -> xr.DataArray:
     Raises:
         PostureIKError: the response lacks the interface or what moves.
     """
-    whole = base == "seat" and _places(data, "total force", _MOTIONS, "output")
+    whole = base in ("seat", "floor") and _places(data, "total force", _MOTIONS, "output")
     mass = apparent_mass(data, "total" if whole else base, base)
     forces, motions = list(mass["force"].values), list(mass["motion"].values)
     both = [motion for motion in motions if motion in forces]

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Literal, NamedTuple, Self
 
 import numpy as np
 
@@ -27,6 +27,7 @@ from posture_ik.errors import PostureIKError
 from posture_ik.posture import Posture
 from posture_ik.problem import SPINE, Cushion, FoamBack, LawBack, RigidBack, Subject
 from posture_ik.vibration.backrest import at_preload, backrest_axes, rest_on
+from posture_ik.vibration.factors import Factors
 from posture_ik.vibration.network import Link, Mean
 from posture_ik.vibration.seat import DATA
 
@@ -57,9 +58,14 @@ class OpenValues(NamedTuple):
     column_top: float
 
     @classmethod
-    def identified(cls) -> OpenValues:
-        """The values that meet the source's own results best (`finite_element.csv`)."""
-        rows = read_table(DATA / "finite_element.csv")
+    def identified(cls, model: Literal["finite_element", "multibody"] = "finite_element") -> Self:
+        """The values with which a model meets the source's own results best.
+
+        Those of the multibody model stand beside its body's tables (`identified.csv`), as the
+        bushings shape postures, those of the finite elements in `finite_element.csv`.
+        """
+        of_bodies = model == "multibody"
+        rows = table("identified") if of_bodies else read_table(DATA / "finite_element.csv")
         return cls(*(float(rows[name]["value"]) for name in cls._fields))
 
 
@@ -125,6 +131,7 @@ def spine_elements(
     backrest: RigidBack | FoamBack | LawBack | None = None,
     cushion: Cushion | None = None,
     values: OpenValues | None = None,
+    factors: Factors = Factors(),  # noqa: B008
     posture: Posture | None = None,
 ) -> Elements:
     """The elements of a seated person; arguments as of `build_finite_element`.
@@ -140,17 +147,21 @@ def spine_elements(
     layers = {"seat": cushion.seat, "cushion": cushion.cushion} if cushion else {}
     stack = ("floor" if cushion else "seat", *layers)
     every = [Node(stack[0], origin, None), *_nodes(person, stack[0])]
-    lumps, links = list(_lumps(person)), [*_bushings(person, values), *_viscera(person, values)]
+    lumps, links = (
+        list(_lumps(person)),
+        [*_bushings(person, values, factors), *_viscera(person, values)],
+    )
     for on, (layer, part) in zip(stack, layers.items(), strict=False):
         every.append(Node(layer, origin, stack[0], (2,)))
         lumps.append(Lump(layer, part.mass, origin, np.zeros((3, 3))))
         upright = np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
         spring = part.stiffness * upright, part.damping * upright
         links.append(Link(f"{layer}_{on}", on, layer, origin, np.eye(3), *spring))
-    below = tuple(_buttocks(person, values, stack[-1]))
+    below = tuple(_buttocks(person, values, factors, stack[-1]))
     back = held = None
     if backrest:
-        back, held = rest_on(at_preload(backrest, posture), recline, person.points["T7"])
+        behind = person.points[backrest.at]
+        back, held = rest_on(at_preload(backrest, posture), recline, behind)
     return Elements(tuple(every), tuple(lumps), tuple(links), below, back, held)
 
 
@@ -198,19 +209,19 @@ def _lumps(person: _Person) -> Iterator[Lump]:
         yield Lump(arm, mass, np.zeros(3), np.zeros((3, 3)))
 
 
-def _bushings(person: _Person, values: OpenValues) -> Iterator[Link]:
+def _bushings(person: _Person, values: OpenValues, factors: Factors) -> Iterator[Link]:
     """The bushings of tables 10 and 11, z along the chord from the lower node to the upper one.
 
     Each turns with the lower vertebra and stands where the upper one holds it: in a bent spine as
     the joints of the multibody model.
     """
-    factors = np.array([person.scale.stiffness(component) for component in _SCALED_AS])
+    scales = np.array([person.scale.stiffness(component) for component in _SCALED_AS])
     for lower, upper in pairwise(SPINE):
         chord = person.erect[upper] - person.erect[lower]
         down = (1.0 - values.bushing_fraction) * person.turns[upper] @ chord
         stands, axes = person.points[upper] - down, person.turns[lower] @ _along(chord)
         name = f"{upper}_{lower}"
-        stiffness, damping = (factors * column for column in _bushing(name))
+        stiffness, damping = (scales * column for column in _bushing(name, factors))
         yield Link(name, lower, upper, stands, axes, stiffness, damping)
 
 
@@ -222,12 +233,13 @@ def _along(chord: Array) -> Array:
     return np.column_stack([x, np.cross(z, x), z])
 
 
-def _bushing(name: str) -> tuple[Array, Array]:
+def _bushing(name: str, factors: Factors) -> tuple[Array, Array]:
     """Stiffness and damping of a row of tables 11 and 10, (6,), x to rz."""
     stiffness = numbers(table("table_11_stiffness")[name], *(f"k{i}_N_{u}" for i, u in _COLUMNS))
     units = {"m": "s_m", "m_rad": "m_s_rad"}
     damping = numbers(table("table_10_damping")[name], *(f"c{i}_N_{units[u]}" for i, u in _COLUMNS))
-    return np.array(stiffness), np.array(damping)
+    softer, damped = factors.of_joint(name)
+    return softer * np.array(stiffness), damped * np.array(damping)
 
 
 def _viscera(person: _Person, values: OpenValues) -> Iterator[Link]:
@@ -248,7 +260,7 @@ def _viscera(person: _Person, values: OpenValues) -> Iterator[Link]:
         yield Link(joint, lower, upper, at, axes, stiffness, damping)
 
 
-def _buttocks(person: _Person, values: OpenValues, under: str) -> Iterator[Link]:
+def _buttocks(person: _Person, values: OpenValues, factors: Factors, under: str) -> Iterator[Link]:
     """The four corners' springs, x to z each.
 
     The corners stand level about the sacrum's `butt_up`, whatever the recline, and what lies under
@@ -257,7 +269,7 @@ def _buttocks(person: _Person, values: OpenValues, under: str) -> Iterator[Link]
     across = person.scale.point(np.array([values.buttock_x, values.buttock_y, 0.0]))
     pushes = person.scale.stiffness("axial") * np.repeat([1.0, 0.0], 3)
     for name, front in (("butt_front", 1.0), ("butt_rear", -1.0)):
-        stiffness, damping = (pushes * column for column in _bushing(name))
+        stiffness, damping = (pushes * column for column in _bushing(name, factors))
         for side, left in (("left", 1.0), ("right", -1.0)):
             corner = person.points["butt_up"] + across * (front, left, 0.0)
             yield Link(f"{name}_{side}", under, "S1", corner, np.eye(3), stiffness, damping)

@@ -15,6 +15,7 @@ from posture_ik.posture import Posture
 from posture_ik.problem import SPINE, Problem, VibrationBlock
 from posture_ik.vibration.backrest import at_preload
 from posture_ik.vibration.dataset import along_models, in_parts, matrices_of, modes_of
+from posture_ik.vibration.factors import Factors
 from posture_ik.vibration.finite_element import build_finite_element
 from posture_ik.vibration.linear import linearise
 from posture_ik.vibration.lumped import build_lumped, load_lumped
@@ -176,6 +177,7 @@ def model_of(
             float(np.radians(seat.recline_deg)),
             seat.backrest and at_preload(seat.backrest, posture),
             seat.cushion,
+            factors=Factors.of(asked.parameters),
             posture=posture if asked.shape == "solved" else None,
             frames=("Head", "S1") if frames is None else frames,
             discs=asked.discs,

@@ -9,11 +9,14 @@ import pytest
 import scipy.linalg
 from direct_response import modes, over_acceleration, peak, response
 
+from posture_ik import build_body, load_problem, solve_posture
 from posture_ik.body.scaling import Scale
 from posture_ik.body.spine import inertias, nodes
 from posture_ik.body.tables import read_table, table
-from posture_ik.problem import COMPONENTS, SPINE, Cushion, FoamBack, RigidBack, Subject
+from posture_ik.errors import PostureIKError
+from posture_ik.problem import COMPONENTS, SPINE, Cushion, FoamBack, LawBack, RigidBack, Subject
 from posture_ik.vibration.finite_element import LOOSE, OpenValues, build_finite_element
+from posture_ik.vibration.modes import undamped_modes
 from posture_ik.vibration.seat import DATA
 
 STICKY = RigidBack(tangential_stiffness=5e3, tangential_damping=500.0)
@@ -342,3 +345,61 @@ def test_the_record_of_the_search_is_that_of_the_model():
         assert pools[row["symmetric"]].pop(0) == pytest.approx(found, rel=1e-3)
     best = min(runs[0]["cost"] for runs in record["readings"].values())
     assert record["readings"][record["chosen"]][0]["cost"] == best
+
+
+@pytest.mark.parametrize("backrest", [RigidBack(), FoamBack(), STICKY])
+def test_seat_and_backrest_press_on_each_other_alike(backrest):
+    """What moves at one is felt at the other as the other way round, 1e-7 as above."""
+    system = build_finite_element(recline=0.3, backrest=backrest)
+    moved = [f"{of} {c}" for of in ("seat", "backrest") for c in COMPONENTS]
+    felt = [f"{of} force {c}" for of in ("total", "backrest") for c in COMPONENTS]
+    dynamic = response(system, [0.5, 7.0], moved, felt)
+    np.testing.assert_allclose(dynamic, dynamic.swapaxes(1, 2), atol=1e-7 * abs(dynamic).max())
+    absorbed = np.linalg.eigvalsh((dynamic - dynamic.conj().swapaxes(1, 2)) / 2j)
+    assert absorbed.min() > -1e-7 * abs(dynamic).max()
+
+
+def test_the_solved_posture_gives_its_shape():
+    """Slowly moved, the bent person is one rigid body: table 9's masses at the posture's links."""
+    body, problem = build_body(Subject()), load_problem("look_left", ["seat.recline_deg=20"])
+    posture = solve_posture(body, problem)
+    system = build_finite_element(posture=posture)
+    found = response(system, [1e-3], SEAT, [f"total force {c}" for c in COMPONENTS])[0]
+    place, whole = nodes(REFERENCE), pin.Inertia.Zero()
+    for name, part in inertias(REFERENCE).items():
+        whole += posture.frames[name].act(pin.Inertia(part.mass, part.centre, part.tensor))
+    for arm, mass in (("L_arm", 4.01), ("R_arm", 4.00)):
+        at = posture.frames["T2"].act(place[arm] - place["T2"])
+        whole += pin.Inertia(mass, at, np.zeros((3, 3)))
+    np.testing.assert_allclose(-found.real / (2e-3 * np.pi) ** 2, whole.matrix(), atol=2e-3)
+
+
+def test_strains_and_forces_of_a_disc():
+    """Spring and damper over strain are tables 11 and 10; a strain is that of the two bodies."""
+    names = ["L4_L5_axial", "L4_L5_ry"]
+    system = build_finite_element(discs=["L4_L5"], frames=["L4", "L5"])
+    strain, force = np.split(
+        response(system, [3.0], ["seat x"], [*names, *(f"{name} force" for name in names)])[0], 2
+    )
+    row, damped = (table(f"table_{of}")["L4_L5"] for of in ("11_stiffness", "10_damping"))
+    expected = [float(row["k33_N_m"]), float(row["k55_N_m_rad"])]
+    rates = [float(damped["c33_N_s_m"]), float(damped["c55_N_m_s_rad"])]
+    ratio = (force / strain)[:, 0]
+    np.testing.assert_allclose(ratio, expected + 6j * np.pi * np.array(rates), rtol=1e-9)
+    turned = response(system, [3.0], ["seat x"], ["L4 ry", "L5 ry"])[0, :, 0]
+    assert strain[1, 0] == pytest.approx(turned[0] - turned[1])
+
+
+def test_bad_requests_are_told_in_a_sentence():
+    with pytest.raises(PostureIKError, match="no link called 'grip_r'"):
+        build_finite_element(frames=["grip_r"])
+    with pytest.raises(PostureIKError, match="no disc called 'L4_L6'; did you mean"):
+        build_finite_element(discs=["L4_L6"])
+    with pytest.raises(PostureIKError, match="no preload is given"):
+        build_finite_element(backrest=LawBack())
+
+
+def test_symmetry_is_told_of_bodies_as_of_joints(bare):
+    """The first modes of table 6: fore and aft, and the two sideways."""
+    kinds = [mode.symmetry for mode in undamped_modes(bare)[:4]]
+    assert kinds == ["symmetric", "anti-symmetric", "anti-symmetric", "symmetric"]

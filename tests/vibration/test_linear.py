@@ -9,12 +9,18 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 import pytest
+from armless import without_arms
 from scipy.linalg import eigvalsh, null_space
 
 import posture_ik as pik
 from posture_ik.errors import PostureIKError
+from posture_ik.muscle import ARMS
+from posture_ik.muscle.hill import LAWS
+from posture_ik.problem import LawBack
+from posture_ik.vibration.backrest import at_preload
 from posture_ik.vibration.network import average
 from posture_ik.vibration.person import Person
+from posture_ik.vibration.seat import law_stiffness
 
 Models = Any  # of conftest.py
 
@@ -22,6 +28,7 @@ FOAM = ("seat.backrest.kind=foam", "seat.backrest.tangential_stiffness=5e3")
 RIGID = ("seat.backrest.kind=rigid",)
 GRAVITY = ("vibration.gravity=true",)
 LET_GO = ("vibration.grip=false",)
+CUSHION = ("seat.cushion={}",)
 
 CASES = [
     ("upright", ()),
@@ -29,13 +36,25 @@ CASES = [
     ("look_left", GRAVITY),
     ("reclined_15", (*FOAM, "seat.backrest.tangential_damping=80.0")),
     ("pilot_push", (*GRAVITY, *LET_GO)),
+    ("reclined_15", (*FOAM, *CUSHION)),
+    ("pilot_push", (*LET_GO, *CUSHION)),
 ]
+
+
+def own(person: Person, z: np.ndarray) -> np.ndarray:
+    """What z moves of the model's own: on a cushion the person rises by it, and no lever does."""
+    count = len(person.order)
+    found = z[:count].copy()
+    if len(z) > count:
+        found[2] += z[-1]
+        found[8 : 6 * len(person.moved) : 6] -= z[-1]
+    return found
 
 
 def at(person: Person, posture: pik.Posture, z: np.ndarray) -> np.ndarray:
     """A configuration of the model with what is moved and the coordinates z away from rest."""
     q = person.configuration(posture.q)
-    q[person.order] += z
+    q[person.order] += own(person, z)
     return q
 
 
@@ -60,7 +79,10 @@ def elements(
         square = np.array([np.cos(tilt), 0.0, np.sin(tilt)])
         along = np.array([-np.sin(tilt), 0.0, np.cos(tilt)])
         before = [posture.frames[name] for name in back.bodies]
-        now = [data.oMi[6].actInv(place(name)) for name in back.bodies]
+        seat = data.oMi[6].copy()
+        if problem.seat.cushion:
+            seat.translation += [0.0, 0.0, z[-2] - z[-1]]
+        now = [seat.actInv(place(name)) for name in back.bodies]
         centre, middle = (np.mean([p.translation for p in ps], axis=0) for ps in (before, now))
         point = posture.frames["T7"].translation - 0.1 * square
         length = np.mean([np.linalg.norm(p.translation - point) for p in before])
@@ -73,6 +95,10 @@ def elements(
         travel = middle + left @ right @ (point - centre) - point
         found.append((float(square @ travel), back.stiffness, back.damping))
         found.append((float(along @ travel), back.tangential_stiffness, back.tangential_damping))
+    cushion = problem.seat.cushion
+    if cushion:
+        found.append((float(z[-2]), cushion.seat.stiffness, cushion.seat.damping))
+        found.append((float(z[-1] - z[-2]), cushion.cushion.stiffness, cushion.cushion.damping))
     return found
 
 
@@ -89,13 +115,25 @@ def test_matrices_equal_differences_of_the_dynamics(
     model, data = person.model.copy(), person.model.createData()
     if GRAVITY[0] not in settings:
         model.gravity = pin.Motion.Zero()
-    moved, size, step = 6 * len(person.moved), len(person.order), 1e-5
+    cushion = problem.seat.cushion
+    layers = (cushion.seat, cushion.cushion) if cushion else ()
+    moved, count, step = 6 * len(person.moved), len(person.order), 1e-5
+    size = count + len(layers)
     rest = np.zeros(size)
 
     def inertial(z: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
-        rates = np.zeros((2, size))
-        rates[:, person.order] = v, a
-        return pin.rnea(model, data, at(person, posture, z), *rates)[person.order]
+        rates = np.zeros((2, count))
+        rates[:, person.order] = own(person, v), own(person, a)
+        force = pin.rnea(model, data, at(person, posture, z), *rates)[person.order]
+        if not layers:
+            return force
+        levers = force[8 : 6 * len(person.moved) : 6]
+        force = np.r_[force, 0.0, force[2] - levers.sum()]
+        for i, layer in enumerate(layers):
+            inertia = layer.mass * (a[:3] + np.array([0.0, 0.0, a[count + i]]))
+            force[:3] += inertia
+            force[count + i] += inertia[2]
+        return force
 
     def difference(order: int) -> np.ndarray:
         columns = []
@@ -120,7 +158,7 @@ def test_matrices_equal_differences_of_the_dynamics(
     )
     _, springs, dampers = np.array(elements(person, posture, problem, rest)).T
     joints = np.zeros((2, size))
-    joints[:, moved:] = person.stiffness, person.damping
+    joints[:, moved:count] = person.stiffness, person.damping
     expected = [difference(order) for order in range(3)]
     expected[0] += np.diag(joints[0]) + (slopes * springs) @ slopes.T
     expected[1] += np.diag(joints[1]) + (slopes * dampers) @ slopes.T
@@ -151,6 +189,42 @@ def test_symmetric_and_the_mass_positive(
     assert eigvalsh(system.damping)[0] > -1e-12 * np.max(system.damping)
 
 
+def test_muscles_stiffen_the_arms_at_work_alone(models: Models) -> None:
+    """What activity adds to K and C, in place of springs: differences of the muscles' torques.
+
+    Activations stay as they are. Torques of some 10 N m by steps of 1e-5: 1e-6 of the largest.
+    """
+    settings = ("activation.short_range=false", *LET_GO)
+    posture, problem = models.solved("pilot_collective", *settings)
+    activity = pik.solve_activation(models.body, posture, problem)
+    stiff = pik.linearise(models.body, posture, problem, activity=activity)
+    plain, person = models("pilot_collective", *settings), Person.of(posture.body)
+    law, rows, paths = LAWS[activity.asked.law], activity.paths.rows, activity.paths
+    assert activity.working == ("left",)
+
+    def torque(q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        length, jacobian = paths.evaluate(q)
+        force = law(activity.muscles, length, jacobian @ v[rows], activity.activation[0])
+        return -jacobian.T @ force.force
+
+    step, n, rest = 1e-5, len(posture.q), np.zeros(len(posture.q))
+    expected = np.zeros((2, len(stiff.coordinates), len(stiff.coordinates)))
+    at_work = rows[ARMS["left"][1]]
+    for i in at_work:
+        away = step * np.eye(n)[i]
+        slopes = (
+            torque(posture.q + away, rest) - torque(posture.q - away, rest),
+            torque(posture.q, away) - torque(posture.q, -away),
+        )
+        for part, slope in zip(expected, slopes, strict=True):
+            part[at_work, i] = -slope[ARMS["left"][1]] / (2 * step)
+    for part, springs in zip(expected, (person.stiffness, person.damping), strict=True):
+        part[at_work, at_work] -= springs[at_work]
+    found = stiff.stiffness - plain.stiffness, stiff.damping - plain.damping
+    for ours, theirs in zip(found, expected, strict=True):
+        np.testing.assert_allclose(ours, theirs, atol=1e-6 * np.max(np.abs(theirs)))
+
+
 def test_viscera_ride_as_in_the_posture_where_they_stand_still(
     models: Models, body: pik.Body
 ) -> None:
@@ -166,35 +240,11 @@ def test_viscera_ride_as_in_the_posture_where_they_stand_still(
 
 def test_without_arms_there_are_117(tmp_path: Path, models: Models) -> None:
     path = tmp_path / "armless.urdf"
-    text = models.body.urdf
-    for side in "rl":
-        text = without_branch(text, f"shoulder_flexion_{side}_link")
-    path.write_text(text)
+    path.write_text(without_arms(models.body.urdf))
     problem = pik.load_problem("upright")
     body = pik.build_body(pik.Subject(urdf=path))
     system = pik.linearise(body, pik.solve_posture(body, problem), problem)
     assert len(system.coordinates) == 103 + 14
-
-
-def without_branch(text: str, *roots: str) -> str:
-    """A URDF without some links and all that hangs on them."""
-    from xml.etree import ElementTree as ET
-
-    robot = ET.fromstring(text)
-    gone = set(roots)
-    while True:
-        joints = [j for j in robot.iterfind("joint") if j.find("parent").get("link") in gone]
-        more = {joint.find("child").get("link") for joint in joints} - gone
-        if not more:
-            break
-        gone |= more
-    for joint in list(robot.iterfind("joint")):
-        if joint.find("child").get("link") in gone:
-            robot.remove(joint)
-    for link in list(robot.iterfind("link")):
-        if link.get("name") in gone:
-            robot.remove(link)
-    return ET.tostring(robot, encoding="unicode")
 
 
 @pytest.mark.parametrize("name", ["reclined_15_gravity", "look_left", "pilot_push"])
@@ -261,6 +311,42 @@ def test_a_rigid_backrest_leaves_the_slide_alone(models: Models) -> None:
     basis = null_space(rows)
     expected = eigvalsh(basis.T @ free.stiffness @ basis, basis.T @ free.mass @ basis)
     np.testing.assert_allclose(eigvalsh(held.stiffness, held.mass), expected, rtol=1e-7)
+
+
+def test_strains_of_a_disc_are_its_coordinates(models: Models) -> None:
+    """And spring and damper take what lies between: force over strain is k + iωc."""
+    posture, problem = models.solved("reclined_15")
+    system = pik.linearise(models.body, posture, problem, frames=(), discs=("L4_L5",))
+    names = [f"L4_L5_{component}" for component in ("axial", "rx", "ry", "rz")]
+    assert [port.unit for port in system.outputs[:8]] == ["m", *["rad"] * 3, "N", *["N m"] * 3]
+    ports = ["L4_L5_axial", "L4_L5_ry", "L4_L5_axial force", "L4_L5_ry force"]
+    data = pik.frequency_response(system.of(["seat x"], ports), [2.0, 7.0]).response.values[..., 0]
+    at = [models.body.dofs.index(name) for name in names]
+    k, c = (part[at][[0, 2]] for part in (models.body.stiffness, models.body.damping))
+    omega = 2 * np.pi * np.array([[2.0], [7.0]])
+    np.testing.assert_allclose(data[:, 2:] / data[:, :2], k + 1j * omega * c, rtol=1e-9)
+    with pytest.raises(PostureIKError, match=re.escape("no disc called 'L4_L6'; did you mean")):
+        pik.linearise(models.body, posture, problem, discs=("L4_L6",))
+
+
+def test_a_law_is_the_foam_that_it_is_at_its_preload(models: Models) -> None:
+    """Also where the posture's own weight presses on the backrest, 4.4 N to each side or more."""
+    law = "seat.backrest.kind=law"
+    pressed = models("reclined_15", law, "seat.backrest.preload=60.0")
+    stiffness = law_stiffness(60.0)
+    foam = (f"seat.backrest.stiffness={stiffness}", "seat.backrest.damping=0.0")
+    np.testing.assert_allclose(
+        pressed.stiffness, models("reclined_15", *FOAM[:1], *foam).stiffness, rtol=1e-12
+    )
+    posture, problem = models.solved("reclined_15_gravity", law)
+    contact = next(w.force for w in posture.wrenches if w.label == "backrest contact")
+    square = np.array([np.cos(np.radians(15.0)), 0.0, np.sin(np.radians(15.0))])
+    own = at_preload(problem.seat.backrest, posture)
+    assert own.stiffness == pytest.approx(law_stiffness(contact @ square))
+    with pytest.raises(PostureIKError, match="no preload is given"):
+        at_preload(LawBack())
+    with pytest.raises(PostureIKError, match="must be at least 0 N"):
+        models("reclined_30", law)
 
 
 def test_foam_takes_what_its_law_says(models: Models) -> None:

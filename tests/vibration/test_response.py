@@ -203,18 +203,23 @@ def pin_inertia(person: Person, posture: pik.Posture) -> np.ndarray:
         ("upright", ()),
         ("reclined_15", ("seat.backrest.kind=rigid",)),
         ("pilot_push", ("seat.backrest.kind=foam",)),
+        ("pilot_cyclic", ("seat.backrest.kind=rigid", "seat.cushion={}")),
     ],
 )
 def test_slowly_moved_the_seat_carries_the_mass(
     models: Models, name: str, settings: tuple[str, ...]
 ) -> None:
-    posture, _ = models.solved(name, *settings)
-    data = pik.frequency_response(models(name, *settings), [1e-3], "direct")
-    whole = pik.apparent_mass(data, "total").values[0]
+    posture, problem = models.solved(name, *settings)
+    system, cushion = models(name, *settings), problem.seat.cushion
+    data = pik.frequency_response(system, [1e-3], "direct")
+    base = "floor" if cushion else "seat"
+    whole = pik.apparent_mass(data, "total", base).values[0]
     # (f / f1)² with f1 near 0.4 Hz is 6e-6
     expected = pin_inertia(Person.of(posture.body), posture)
+    if cushion:
+        expected[:3, :3] += (cushion.seat.mass + cushion.cushion.mass) * np.eye(3)
     np.testing.assert_allclose(whole.real, expected, atol=3e-4)
-    np.testing.assert_allclose(data.stht.values[0], np.eye(3), atol=1e-4)
+    np.testing.assert_allclose(pik.transmissibility(data, base=base)[0], np.eye(3), atol=1e-4)
 
 
 @pytest.mark.parametrize("method", ["modal", "direct"])
@@ -224,14 +229,15 @@ def test_slowly_moved_the_seat_carries_the_mass(
         ("upright", ("vibration.gravity=true",)),
         ("reclined_15", ("seat.backrest.kind=rigid",)),
         ("pilot_push", ("seat.backrest.kind=foam",)),
+        ("pilot_cyclic", ("seat.backrest.kind=rigid", "seat.cushion={}")),
     ],
 )
 def test_reciprocity(models: Models, name: str, settings: tuple[str, ...], method: Any) -> None:
     """What moves at A presses on B as B would on A: seat, backrest and pivots, 1e-10."""
     system = models(name, *settings)
     interfaces = list(dict.fromkeys(port.name.rpartition(" ")[0] for port in system.inputs))
-    # what moves with the seat is felt there in all
-    outputs = ["total" if name == "seat" else name for name in interfaces]
+    # what moves with the seat or floor is felt there in all
+    outputs = ["total" if name in ("seat", "floor") else name for name in interfaces]
     read = [f"{name} force" for name in outputs]
     data = pik.frequency_response(system.of(interfaces, read), FREQUENCIES, method)
     assert data.method == method
@@ -245,13 +251,14 @@ def test_reciprocity(models: Models, name: str, settings: tuple[str, ...], metho
         ("upright", ()),
         ("reclined_15", ("seat.backrest.kind=rigid", "seat.backrest.tangential_damping=50.0")),
         ("look_left", ("seat.backrest.kind=foam", "vibration.gravity=true")),
+        ("upright", ("seat.backrest.kind=foam", "seat.cushion={}")),
     ],
 )
 def test_power_goes_in(models: Models, name: str, settings: tuple[str, ...]) -> None:
     """Dampers take power: as much as they turn to heat, v·C v at every frequency."""
     system = models(name, *settings)
     data = pik.frequency_response(system, FREQUENCIES, "direct")
-    power = pik.absorbed_power(data)
+    power = pik.absorbed_power(data, system.inputs[0].name.partition(" ")[0])
     assert float(power.min()) >= 0.0
     s = 2j * np.pi * FREQUENCIES
     heat = []

@@ -1,0 +1,160 @@
+"""What is published of the responses, and how the same is read off a model of ours.
+
+The figures are in the CSV files of `data/`. A mode is met by the mode of its own symmetry and of
+the same number within it: the finite-element model has anti-symmetric modes that table 6 leaves
+out. A peak is the highest value, or where that is told the lowest, in a band around it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+import scipy.linalg
+
+from posture_ik.arrays import Array
+from posture_ik.body.tables import read_table
+from posture_ik.problem import Cushion, FoamBack
+from posture_ik.problem.tasks import expand_bodies
+from posture_ik.vibration.seat import DATA
+from posture_ik.vibration.system import LinearSystem
+
+#: The backrest of §3.1.2 and figure 12: a spring and a damper as the cushion's, behind the mean of
+#: vertebrae that the source does not name. With the thoracic ones, at T8, its peak is met best.
+SOURCE_BACKREST = FoamBack(
+    stiffness=Cushion().cushion.stiffness,
+    damping=Cushion().cushion.damping,
+    bodies=expand_bodies("T1-T12"),
+    at="T8",
+)
+#: What the person sits in, by the tables' name for it.
+SEATS: dict[str, dict[str, Any]] = {
+    "bare": {},
+    "backrest": {"backrest": SOURCE_BACKREST},
+    "cushion": {"cushion": Cushion()},
+}
+#: Steps of the source's responses, Hz (FREQ1, §3.3.2).
+STEP = 0.05
+
+
+class Mode(NamedTuple):
+    """A published mode: its frequency, Hz, whether it is symmetric, and why ours may differ."""
+
+    frequency: float
+    symmetric: bool
+    note: str
+
+
+class Peak(NamedTuple):
+    """A published peak or valley of a response.
+
+    Attributes:
+        model: by name; `seat` is one of `SEATS`.
+        given, read: input and output. Their ratio is one of accelerations, unless the unit says it
+            is a force's over an acceleration (kg) or a velocity (N s/m).
+        size, unit: what is published.
+        frequency: where, Hz, if that is.
+        band: in which it is sought, Hz.
+        valley: whether it is the lowest value.
+        note: why ours may differ.
+    """
+
+    model: str
+    seat: str
+    given: str
+    read: str
+    size: float
+    unit: str
+    frequency: float | None
+    band: tuple[float, float]
+    valley: bool
+    note: str
+
+    def sizes(self, system: LinearSystem, step: float) -> tuple[Array, Array]:
+        """Frequencies of the band, Hz, and the response there, in `unit`; (f,) each.
+
+        Args:
+            system: the model.
+            step: Hz, counted from 0.1 Hz on, as the source's is.
+        """
+        first, last = (round((end - 0.1) / step) for end in self.band)
+        frequencies = 0.1 + step * np.arange(first, last + 1.0)
+        speed = 2 * np.pi * frequencies
+        over = speed if self.unit == "N s/m" else speed**2
+        return frequencies, over_displacement(system, self.given, self.read, frequencies) / over
+
+    def found(self, system: LinearSystem, step: float = STEP) -> tuple[float, float]:
+        """Size and frequency of the same in a model: the highest, or lowest, sample."""
+        frequencies, sizes = self.sizes(system, step)
+        i = int(np.argmin(sizes) if self.valley else np.argmax(sizes))
+        return float(sizes[i]), float(frequencies[i])
+
+    def refined(self, system: LinearSystem, step: float = STEP) -> tuple[float, float]:
+        """As `found`, by a parabola through that sample and its neighbours."""
+        frequencies, sizes = self.sizes(system, step)
+        sign = -1.0 if self.valley else 1.0
+        i = int(np.clip(np.argmax(sign * sizes), 1, len(sizes) - 2))
+        a, b, c = np.polyfit(frequencies[i - 1 : i + 2] - frequencies[i], sizes[i - 1 : i + 2], 2)
+        at = float(np.clip(-b / (2 * a), -step, step)) if sign * a < 0 else 0.0
+        return float(a * at**2 + b * at + c), float(frequencies[i] + at)
+
+
+def peaks(table: str) -> dict[str, Peak]:
+    """The peaks of a table of `data/`, by name."""
+    return {
+        name: Peak(
+            row.get("model", "finite_element"),
+            row["set"],
+            row["input"],
+            row["output"],
+            float(row["peak"]),
+            row["unit"],
+            float(row["frequency_Hz"]) if row["frequency_Hz"] else None,
+            (float(row["from_Hz"]), float(row["to_Hz"])),
+            "valley" in name,
+            row.get("note", ""),
+        )
+        for name, row in read_table(DATA / f"{table}.csv").items()
+    }
+
+
+def table_6(column: str = "frequency_Hz") -> dict[str, Mode]:
+    """Modes of table 6 by number, those that the column has."""
+    return {
+        number: Mode(float(row[column]), row["symmetric"] == "1", row["note"])
+        for number, row in read_table(DATA / "table_6_modes.csv").items()
+        if row[column]
+    }
+
+
+def matched(system: LinearSystem) -> dict[str, float]:
+    """The frequencies that stand for table 6's, Hz, by number."""
+    frequencies, symmetric = modes(system, 40)
+    pools = {True: list(frequencies[symmetric]), False: list(frequencies[~symmetric])}
+    return {number: pools[mode.symmetric].pop(0) for number, mode in table_6().items()}
+
+
+def modes(system: LinearSystem, most: int) -> tuple[Array, Array]:
+    """The lowest undamped frequencies, Hz, and whether each is symmetric, (most,).
+
+    What `undamped_modes` tells at length, in a tenth of the time.
+    """
+    squares, shapes = scipy.linalg.eigh(
+        system.stiffness, system.mass, subset_by_index=[0, most - 1]
+    )
+    odd = np.array([name.split()[-1] in ("y", "rx", "rz") for name in system.coordinates])
+    mirror = np.einsum("in,ij,jn->n", shapes, system.mass, np.where(odd, -1, 1)[:, None] * shapes)
+    return np.sqrt(squares) / (2 * np.pi), mirror > 0
+
+
+def over_displacement(system: LinearSystem, given: str, read: str, frequencies: Array) -> Array:
+    """Size of an output over an input's displacement, (f,), solved directly, one at a time."""
+    one = system.of([given], [read])
+    found = []
+    for s in 2j * np.pi * frequencies:
+        powers = s ** np.arange(3)
+        dynamic = one.stiffness + s * one.damping + s**2 * one.mass
+        x = np.linalg.solve(dynamic, powers @ one.B[:, :, 0])
+        found.append(np.abs(powers @ (one.Y[:, 0] @ x) + powers @ one.D[:, 0, 0]))
+    return np.array(found)
