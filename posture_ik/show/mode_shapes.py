@@ -52,7 +52,7 @@ def mode_shapes(
     shapes = np.array([motions[path] for path in placed])
     kinds = {"undamped": vibration.undamped, "damped": vibration.damped}
     return {
-        "model": vibration.asked.model.replace("_", "-"),
+        "model": vibration.asked.model.removeprefix("lumped:").replace("_", "-"),
         "back": _back(vibration.problem.seat.backrest),
         "alarm": "" if stability.stable else f"The posture is {stability}.",
         "kinds": {
@@ -98,7 +98,7 @@ def _moving(
     vibration: Vibration, links: Sequence[str]
 ) -> tuple[dict[str, pin.SE3], dict[str, Array]]:
     """Where everything that may move stands, and its motion (6, n), by its path in the drawing."""
-    posture, coordinates = vibration.posture, vibration.system.coordinates
+    posture, system = vibration.posture, vibration.system
     grips = {f"levers/{name}": f"lever_{name}_grip" for name in posture.levers}
     drawn = {f"person/{link}": link for link in links}
     drawn |= {f"viscera/{name}": name for name in _viscera(vibration)}
@@ -109,14 +109,15 @@ def _moving(
     placed = {path: posture.frames[link] for path, link in drawn.items()}
     motions = {path: found[link] for path, link in drawn.items()}
     here, back = pin.SE3.Identity(), backrest_of(posture)
+    ports = [port.name for port in system.outputs]
     for layer, path, pose in (
-        ("cushion z", "seat/pan", here),
-        ("seat z", "seat/stem", here),
-        ("seat z", "seat/backrest", back),
+        ("cushion", "seat/pan", here),
+        ("seat", "seat/stem", here),
+        ("seat", "seat/backrest", back),
     ):
-        if layer in coordinates:
-            placed[path], motions[path] = pose, np.zeros((6, len(coordinates)))
-            motions[path][2, coordinates.index(layer)] = 1.0
+        if f"{layer} acceleration z" in ports:
+            placed[path], motions[path] = pose, np.zeros((6, len(system.coordinates)))
+            motions[path][2] = system.Y[2, ports.index(f"{layer} acceleration z")]
     return placed, motions
 
 
