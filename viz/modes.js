@@ -113,4 +113,4 @@ document.addEventListener("keydown", event => {
 });
 
 as_it_arrives(show);
-offer(Object.keys(modes.kinds)[0]);
+offer(document.querySelector("[data-kind]").dataset.kind);
