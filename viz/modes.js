@@ -9,20 +9,22 @@ const size = document.getElementById("size");
 let swing = null, turn = 0, playing = false, ticked = null;
 layers.viscera = ["viscera"];
 
-const riders = muscles && {
-  share: floats(modes.muscles.share), lower: bytes(modes.muscles.lower), upper: bytes(modes.muscles.upper),
+// Muscles ride on the links that carry the corners of their paths.
+const ride = muscles && {
+  corners: floats(modes.muscles.corners), carriers: bytes(modes.muscles.carriers),
+  before: new Int16Array(bytes(modes.muscles.before).buffer), share: floats(modes.muscles.share),
   links: modes.muscles.links.map(link => ({
     node: object(`person/${link}`), back: matrix(places, 7 * modes.paths.indexOf(`person/${link}`)).invert(),
   })),
 };
 
 function carry_muscles() {
-  const carried = riders.links.map(({ node, back }) => new THREE.Matrix4()
+  const carried = ride.links.map(({ node, back }) => new THREE.Matrix4()
     .compose(node.position, node.quaternion, node.scale).multiply(back));
-  const above = new THREE.Vector3();
+  const corners = Array.from(ride.carriers, (link, i) => new THREE.Vector3()
+    .fromArray(ride.corners, 3 * i).applyMatrix4(carried[link]));
   show_muscles(muscle_times[0], (point, n) => {
-    above.copy(point).applyMatrix4(carried[riders.upper[n]]);
-    point.applyMatrix4(carried[riders.lower[n]]).lerp(above, riders.share[n]);
+    point.lerpVectors(corners[ride.before[n]], corners[ride.before[n] + 1], ride.share[n]);
   });
 }
 
@@ -111,4 +113,4 @@ document.addEventListener("keydown", event => {
 });
 
 as_it_arrives(show);
-offer(Object.keys(modes.kinds)[0]);
+offer(document.querySelector("[data-kind]").dataset.kind);

@@ -32,7 +32,7 @@ const muscle_meshes = muscles.names.map((name, k) => {
 // A belly in the middle, tendons at the ends.
 const belly = share => 0.3 + 0.7 * Math.sin(Math.PI * share) ** 1.5;
 
-// `carry`, if given, moves a point, by its number among all, before it is drawn.
+// `carry`, if given, puts each point, by its number among all, elsewhere than at that time.
 function show_muscles(time, carry) {
   let frame = 0;
   while (frame + 2 < muscle_times.length && muscle_times[frame + 1] <= time) frame++;

@@ -52,7 +52,7 @@ def mode_shapes(
     shapes = np.array([motions[path] for path in placed])
     kinds = {"undamped": vibration.undamped, "damped": vibration.damped}
     return {
-        "model": vibration.asked.model.replace("_", "-"),
+        "model": vibration.asked.model.removeprefix("lumped:").replace("_", "-"),
         "back": _back(vibration.problem.seat.backrest),
         "alarm": "" if stability.stable else f"The posture is {stability}.",
         "kinds": {
@@ -111,14 +111,15 @@ def _moving(
     placed = {path: posture.frames[link] for path, link in drawn.items()}
     motions = {path: found[link] for path, link in drawn.items()}
     here, back = pin.SE3.Identity(), backrest_of(posture)
+    ports = [port.name for port in system.outputs]
     for layer, path, pose in (
-        ("cushion z", "seat/pan", here),
-        ("seat z", "seat/stem", here),
-        ("seat z", "seat/backrest", back),
+        ("cushion", "seat/pan", here),
+        ("seat", "seat/stem", here),
+        ("seat", "seat/backrest", back),
     ):
-        if layer in system.coordinates:
+        if f"{layer} acceleration z" in ports:
             placed[path], motions[path] = pose, np.zeros((6, len(system.coordinates)))
-            motions[path][2] = system.of((), [layer]).Y[0, 0]
+            motions[path][2] = system.Y[2, ports.index(f"{layer} acceleration z")]
     return placed, motions
 
 

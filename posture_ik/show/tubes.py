@@ -51,26 +51,27 @@ def tubes(activity: Activity) -> dict[str, Any]:
 
 
 def riders(activity: Activity) -> dict[str, Any]:
-    """How the muscles' points, (50, 20), ride on `links`: from one, `share` of the way to another.
+    """How the muscles' points ride on links as those move a little: between corners of the paths.
+
+    `corners` (c, 3), m, of all paths, each carried by one of `links`; `before` (50, 20), the number
+    of the corner before each point, and `share` (50, 20), how far it lies towards the next.
 
     Args:
         activity: whose first instant counts.
     """
     paths, q = Paths.of(activity.shown.body), activity.q[0]
-    carriers = paths.carriers(q)
+    lines, carriers = paths.polylines(q), paths.carriers(q)
     links = sorted({link for those in carriers for link in those})
-    rows = []
-    for line, those in zip(paths.polylines(q), carriers, strict=True):
-        places = _even(line, POINTS)
-        before = np.minimum(places.astype(int), len(line) - 2)
-        numbers = np.array([links.index(link) for link in those])
-        rows.append((numbers[before], numbers[before + 1], places - before))
-    lower, upper, share = (np.array(column) for column in zip(*rows, strict=True))
+    places = np.array([_even(line, POINTS) for line in lines])
+    lengths = np.array([len(line) for line in lines])
+    before = np.minimum(places.astype(int), lengths[:, None] - 2)
+    starts = np.cumsum(lengths) - lengths
     return {
         "links": links,
-        "lower": packed(lower, "u1"),
-        "upper": packed(upper, "u1"),
-        "share": packed(share),
+        "corners": packed(np.concatenate(lines)),
+        "carriers": packed([links.index(link) for those in carriers for link in those], "u1"),
+        "before": packed(before + starts[:, None], "<i2"),
+        "share": packed(places - before),
     }
 
 

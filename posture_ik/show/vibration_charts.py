@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from posture_ik.body.tables import read_table
-from posture_ik.problem import Cushion, FoamBack, Subject
+from posture_ik.problem import Subject
 from posture_ik.show.moving import packed
 from posture_ik.show.plots import Figure, axis, layout
 from posture_ik.show.resonance import WAYS, Peak, model_name, peak_of, place_name
@@ -26,12 +25,15 @@ from posture_ik.vibration import (
     impedance,
     transmissibility,
 )
+from posture_ik.vibration.published import SEATS, peaks
+from posture_ik.vibration.published import Peak as Published
 from posture_ik.vibration.response import seen_frames
-from posture_ik.vibration.seat import DATA
 
 #: Colours of the models, the one asked for first.
 _MODELS = ("#1d5fae", "#e07a1f", "#2a9d8f", "#8a5aa8", "#c0392b", "#5d7f2a", "#a0367f", "#55626f")
-PRINTED = "#1c2733"
+_PRINTED = "#1c2733"
+#: Where those stand that the source prints of a person on a seat.
+_TABLES = ("section_3_3", "section_6_1")
 #: A line has at most about so many points; peaks are told from every frequency.
 _POINTS = 800
 #: What is smaller than this, in any unit, is said in words: left and right hardly differ.
@@ -130,24 +132,25 @@ def _curves(parts: Mapping[str, xr.DataArray], pair: Mapping[str, str]) -> dict[
     }
 
 
-def printed_peaks(vibration: Vibration) -> dict[tuple[str, str, str], Peak]:
+def printed_peaks(vibration: Vibration) -> dict[tuple[str, str, str], dict[str, Published]]:
     """Peaks that the source prints of the same person and seat, by input, output and unit."""
-    problem = vibration.problem
-    sits = (problem.seat.backrest, problem.seat.cushion)
-    sets = {"bare": (None, None), "foam": (FoamBack(), None), "cushion": (None, Cushion())}
+    problem, found = vibration.problem, {}
+    sits = {"backrest": problem.seat.backrest, "cushion": problem.seat.cushion}
     if problem.seat.recline_deg or problem.subject != Subject():
         return {}
-    return {
-        (row["input"], row["output"], row["unit"]): Peak(
-            float(row["peak"]), float(row["frequency_Hz"] or "nan"), False
-        )
-        for row in read_table(DATA / "section_3_3.csv").values()
-        if sets[row["set"]] == sits
-    }
+    for table in _TABLES:
+        for name, peak in peaks(table).items():
+            if {"backrest": None, "cushion": None} | SEATS[peak.seat] == sits:
+                at = (peak.given, peak.read, peak.unit)
+                found.setdefault(at, {})[name] = peak
+    return found
 
 
 def _chart(
-    vibration: Vibration, curves: Mapping[str, xr.DataArray], unit: str, printed: Peak | None = None
+    vibration: Vibration,
+    curves: Mapping[str, xr.DataArray],
+    unit: str,
+    printed: Mapping[str, Published] | None = None,
 ) -> Figure:
     """Magnitudes over frequency, with the peak of the model asked for and the one printed."""
     sizes = {name: abs(curve) for name, curve in curves.items()}
@@ -161,11 +164,12 @@ def _chart(
         ]
         return figure
     peak = peak_of(sizes[vibration.asked.model])
-    top = 1.18 * max(highest, printed.value if printed else 0.0)
+    printed = printed or {}
+    top = 1.18 * max(highest, *(each.size for each in printed.values()))
     figure["layout"]["yaxis"] |= {"range": [0.0, top]}
     figure["layout"]["annotations"] = [_told(peak)]
-    if printed is not None:
-        _mark(figure, printed)
+    for name, published in printed.items():
+        _mark(figure, name, published)
     return figure
 
 
@@ -227,30 +231,23 @@ def _told(peak: Peak) -> Figure:
     }
 
 
-def _mark(figure: Figure, printed: Peak) -> None:
-    """Add the peak that the source prints: a ring, or a line where it has no frequency."""
-    if np.isnan(printed.frequency):
-        figure["layout"]["shapes"] = [
-            {
-                **{"type": "line", "xref": "paper", "x0": 0, "x1": 1},
-                **{"y0": printed.value, "y1": printed.value},
-                "line": {"color": PRINTED, "width": 1.3, "dash": "dot"},
-            }
-        ]
+def _mark(figure: Figure, name: str, printed: Published) -> None:
+    """Add a peak that the source prints: a ring, or a line where it has no frequency."""
+    if printed.frequency is None:
+        line = {"type": "line", "xref": "paper", "x0": 0, "x1": 1}
+        line |= {"y0": printed.size, "y1": printed.size}
+        line |= {"line": {"color": _PRINTED, "width": 1.3, "dash": "dot"}}
+        figure["layout"].setdefault("shapes", []).append(line)
         return
+    ring = {"symbol": "circle-open", "size": 12, "color": _PRINTED, "line": {"width": 2}}
     figure["data"].append(
         {
             "type": "scatter",
             "mode": "markers",
-            "name": "Cocco 2019",
+            "name": f"Cocco 2019, {name}",
             "x": [printed.frequency],
-            "y": [printed.value],
-            "marker": {
-                "symbol": "circle-open",
-                "size": 12,
-                "color": PRINTED,
-                "line": {"width": 2},
-            },
+            "y": [printed.size],
+            "marker": ring,
             "hovertemplate": "%{y:.3g}",
         }
     )

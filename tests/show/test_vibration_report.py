@@ -130,7 +130,7 @@ def test_mass_impedance_and_power_belong_together(upright: Vibration) -> None:
 
 def test_printed_peaks_stand_only_where_seat_and_direction_match(upright: Vibration) -> None:
     def ring(figure: dict[str, Any]) -> list[dict[str, Any]]:
-        return [line for line in figure["data"] if line["name"] == "Cocco 2019"]
+        return [line for line in figure["data"] if line["name"].startswith("Cocco 2019")]
 
     heads = motion_charts(upright)["Head"]
     (mark,) = ring(heads["vertical (z)"]["vertical (z)"]["magnitude"])
@@ -141,9 +141,10 @@ def test_printed_peaks_stand_only_where_seat_and_direction_match(upright: Vibrat
     assert [shape["y0"] for shape in mass["layout"]["shapes"]] == [90.0]
     for settings in (("seat.recline_deg=15",), ("subject.weight=70",)):
         assert printed_peaks(replace(upright, problem=load_problem(EXAMPLE, settings))) == {}
-    on_foam = load_problem(EXAMPLE, ('seat.backrest={ kind = "foam" }',))
-    peaks = printed_peaks(replace(upright, problem=on_foam))
-    assert set(peaks) == {("seat x", "Head acceleration x", "1")}
+    back = "seat.backrest={kind='foam', stiffness=37700, damping=159, bodies='T1-T12', at='T8'}"
+    leaning = load_problem(EXAMPLE, (back,))
+    found = printed_peaks(replace(upright, problem=leaning))
+    assert set(found) == {("seat x", "Head acceleration x", "1")}
 
 
 def test_top_tells_peaks_stability_and_certificate(upright: Vibration, page: str) -> None:
@@ -234,7 +235,8 @@ def test_from_the_floor_through_seat_and_cushion() -> None:
     lines = {
         line["name"] for line in charts["Head"]["vertical (z)"]["vertical (z)"]["magnitude"]["data"]
     }
-    assert lines == {"Multibody", "Cocco 2019"}
+    assert "Multibody" in lines
+    assert "Cocco 2019, floor to head" in lines
     assert {"Seat", "Floor"} <= set(force_charts(cushioned))
 
 
