@@ -11,6 +11,7 @@ from posture_ik.exchange import (
     write_posture,
     write_trajectory,
     write_urdf,
+    write_vibration,
 )
 from posture_ik.kinematics import Kinematics
 from posture_ik.muscle import Activity, Muscles, Paths, reach, solve_activation
@@ -113,4 +114,5 @@ __all__ = [
     "write_posture",
     "write_trajectory",
     "write_urdf",
+    "write_vibration",
 ]

@@ -122,8 +122,8 @@ BAD = {
         "vibration.parameters = 'fitted'.*'source' or 'calibrated'",
     ),
     "foam without stiffness": (
-        changed('seat.backrest={kind="foam", stiffness=0}'),
-        "seat.backrest.stiffness = 0.*greater than 0",
+        changed('seat.backrest={kind="foam", stiffness=-1}'),
+        "seat.backrest.stiffness = -1.*greater than or equal to 0",
     ),
     "a rigid backrest of foam": (
         changed('seat.backrest={kind="rigid", stiffness=2e4}'),
@@ -152,6 +152,33 @@ BAD = {
         "more than 100,000 frequencies",
     ),
     "vibration key": (changed("vibration.gravty=true"), "did you mean 'gravity'"),
+    "motion of no link": (
+        changed('vibration.frames=["T77"]', name="vibration_upright"),
+        "no link called 'T77'; did you mean 'T7'",
+    ),
+    "motion of no finite element": (
+        changed('vibration={ model="finite_element", frames=["grip_r"] }'),
+        "grip_r",
+    ),
+    "motion of no mass": (
+        changed('vibration={ model="lumped:zhang", frames=["m9"] }'),
+        "vibration.frames: the model 'lumped:zhang' tells no motion of 'm9'; did you mean 'm",
+    ),
+    "a backrest that is not there moves": (
+        changed('vibration.input="backrest"'),
+        'vibration.input = "backrest" needs a backrest to move; give one under',
+    ),
+    "a backrest that a model lacks moves": (
+        changed(
+            'seat.backrest={ kind="foam" }',
+            'vibration={ model="lumped:abbas", input="backrest" }',
+        ),
+        "vibration.input: the model 'lumped:abbas' has no backrest that could move; .* is seat",
+    ),
+    "no lumped model": (
+        changed('vibration.model="lumped:zang"'),
+        "zang: no lumped model has this name; did you mean 'zhang'",
+    ),
     # the tasks
     "looking nowhere": (changed('task.head.looking="up"'), "looking = 'up'.*write \"ahead\""),
     "position misspelt": (changed('task.head.position="over T1"'), "over C1"),

@@ -180,3 +180,39 @@ def test_identify_writes_values_record_and_page(
     page = (folder / "calibrated.md").read_text(encoding="utf-8")
     assert f"| buttocks | {value:g} |" in page
     assert "| mode 8 Hz | 4.9 |" in page
+
+
+def test_vibrate_tells_and_writes_the_response(posture_ik: object, tmp_path: Path) -> None:
+    said = posture_ik("vibrate", "vibration_reclined_foam", "-o", "numbers")
+    assert "a backrest of foam" in said
+    assert "stable: all motion dies away" in said
+    assert "Finite elements" in said
+    assert "UNSTABLE" not in said
+    assert [path.name for path in (tmp_path / "numbers").iterdir()] == ["response.nc"]
+
+
+def test_vibrate_a_problem_that_says_nothing_of_vibration(posture_ik: object) -> None:
+    told = posture_ik("vibrate", "upright", "--json", "--set", "vibration.frequencies.step=0.5")
+    assert "NaN" not in told
+    (record,) = json.loads(told)
+    assert record["stable"] is True
+    assert record["frequencies"] == 40
+    assert record["responses"]["multibody"]["head"]["z"]["peak"] > 1.5
+    assert record["undamped_modes"][0]["symmetry"] == "symmetric"
+
+
+def test_run_with_vibration_writes_its_page_and_its_modes(
+    posture_ik: object, tmp_path: Path
+) -> None:
+    said = posture_ik(
+        *("run", "vibration_cushion", "-o", "here"),
+        *("--set", "vibration.frequencies.step=0.5", "--set", "vibration.beside=[]"),
+    )
+    names = {path.name for path in (tmp_path / "here").iterdir()}
+    assert {"response.nc", "vibration.html", "view.html"} <= names
+    assert "Peaks: head over floor" in said
+    assert "here/vibration.html" in said.replace("\n", "")
+    assert "Modes" in (tmp_path / "here" / "view.html").read_text("utf-8")
+    (tmp_path / "here" / "vibration.html").unlink()
+    posture_ik("report", "here")
+    assert (tmp_path / "here" / "vibration.html").exists()

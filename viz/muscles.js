@@ -32,7 +32,8 @@ const muscle_meshes = muscles.names.map((name, k) => {
 // A belly in the middle, tendons at the ends.
 const belly = share => 0.3 + 0.7 * Math.sin(Math.PI * share) ** 1.5;
 
-function show_muscles(time) {
+// `carry`, if given, puts each point, by its number among all, elsewhere than at that time.
+function show_muscles(time, carry) {
   let frame = 0;
   while (frame + 2 < muscle_times.length && muscle_times[frame + 1] <= time) frame++;
   const next = Math.min(frame + 1, muscle_times.length - 1);
@@ -45,6 +46,7 @@ function show_muscles(time) {
     const i = 3 * count * (many * frame + k), j = 3 * count * (many * next + k);
     points.forEach((point, p) => point.fromArray(
       [0, 1, 2].map(c => muscles.grain * ((1 - part) * muscle_points[i + 3 * p + c] + part * muscle_points[j + 3 * p + c]))));
+    if (carry) points.forEach((point, p) => carry(point, count * k + p));
     const at = mesh.geometry.attributes.position;
     // Each ring turns as little as it can from the one before.
     way.subVectors(points[1], points[0]).normalize();

@@ -6,39 +6,7 @@ const poses = floats(motion.poses), drawn = floats(motion.wrenches.drawn), energ
 const rgb = bytes(motion.tints.rgb);
 const last = times.length - 1;
 
-// The skin rides on the vertebrae: each point goes with the two that it lies between.
-const skin = {
-  rest: floats(motion.skin.rest), share: floats(motion.skin.share), lower: bytes(motion.skin.lower),
-  back: motion.skin.levels.map((_, i) => matrix(floats(motion.skin.poses), 7 * i).invert()),
-};
-
-function matrix(numbers, start) {
-  return new THREE.Matrix4().compose(
-    new THREE.Vector3().fromArray(numbers, start),
-    new THREE.Quaternion().fromArray(numbers, start + 3),
-    new THREE.Vector3(1, 1, 1),
-  );
-}
-
-function carry_skin() {
-  const mesh = object("skin/<object>");
-  if (!mesh.geometry) return;
-  const at = mesh.geometry.attributes.position;
-  const carried = [new THREE.Matrix4(), ...motion.skin.levels.map((path, i) => {
-    const node = object(motion.paths[path]);
-    return new THREE.Matrix4().compose(node.position, node.quaternion, node.scale).multiply(skin.back[i]);
-  })];
-  const point = new THREE.Vector3(), above = new THREE.Vector3();
-  for (let i = 0; i < at.count; i++) {
-    point.fromArray(skin.rest, 3 * i);
-    above.copy(point).applyMatrix4(carried[skin.lower[i] + 1]);
-    point.applyMatrix4(carried[skin.lower[i]]).lerp(above, skin.share[i]);
-    at.setXYZ(i, point.x, point.y, point.z);
-  }
-  at.needsUpdate = true;
-  mesh.geometry.computeVertexNormals();
-  mesh.geometry.computeBoundingSphere();
-}
+const carry_skin = skin_on(motion.skin, motion.paths);
 
 // Arrows and rings: shapes of the drawing, moved and stretched.
 const vector = start => new THREE.Vector3().fromArray(drawn, start);
@@ -222,14 +190,5 @@ document.addEventListener("keydown", event => {
   event.preventDefault();
 });
 
-// A live drawing arrives bit by bit, as it stands at the start.
-if (!commands) {
-  let asked = false;
-  const take = viewer.handle_command.bind(viewer);
-  viewer.handle_command = command => {
-    take(command);
-    if (!asked) requestAnimationFrame(() => { asked = false; show(clock); });
-    asked = true;
-  };
-}
+as_it_arrives(() => show(clock));
 show(times[0]);

@@ -29,11 +29,11 @@ def with_levers(body: Body, levers: Mapping[str, Lever]) -> Body:
     """A body and, behind its own degrees of freedom, those of the levers that follow.
 
     Args:
-        body: who.
+        body: who, perhaps with these levers already, as a posture has it.
         levers: by name; those of which no angle follows are left out.
     """
     following = tuple((name, lever) for name, lever in levers.items() if lever.follows)
-    if not following:
+    if all(body.model.existFrame(f"lever_{name}") for name, _ in following):
         return body
     known = _known.setdefault(body, {})
     if following not in known:

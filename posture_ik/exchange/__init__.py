@@ -2,7 +2,12 @@
 
 from posture_ik.exchange.identification import write_identification
 from posture_ik.exchange.mbdyn import write_mbdyn
-from posture_ik.exchange.motion import write_activation, write_motion, write_trajectory
+from posture_ik.exchange.motion import (
+    write_activation,
+    write_motion,
+    write_trajectory,
+    write_vibration,
+)
 from posture_ik.exchange.results import read_posture, write_posture
 from posture_ik.exchange.urdf import write_urdf
 
@@ -15,4 +20,5 @@ __all__ = [
     "write_posture",
     "write_trajectory",
     "write_urdf",
+    "write_vibration",
 ]

@@ -1,4 +1,4 @@
-"""What moves in time, and the muscles that hold or drive it, as netCDF."""
+"""What moves in time, the muscles that hold or drive it, and vibration, as netCDF."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from pathlib import Path
 
 from posture_ik.muscle import Activity
 from posture_ik.posture import Motion, Trajectory
+from posture_ik.vibration import Vibration
 
 
 def write_motion(motion: Motion, folder: Path) -> None:
@@ -21,3 +22,8 @@ def write_trajectory(trajectory: Trajectory, folder: Path) -> None:
 def write_activation(activity: Activity, folder: Path) -> None:
     """Write `activation.nc` into an existing folder."""
     activity.to_dataset().to_netcdf(folder / "activation.nc", engine="h5netcdf")
+
+
+def write_vibration(vibration: Vibration, folder: Path) -> None:
+    """Write `response.nc` into an existing folder."""
+    vibration.to_dataset().to_netcdf(folder / "response.nc", engine="h5netcdf")

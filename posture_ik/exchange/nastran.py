@@ -21,6 +21,7 @@ carries the seat and is pushed by as many newtons.
 
 Cards: MSC Nastran Quick Reference Guide; NASTRAN User's Manual, NASA SP-222(08), section 2.4.
 """
+
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
@@ -235,7 +236,10 @@ def _mean(deck: _Deck, back: Mean, rigid: bool) -> Iterator[str]:
         for other, motion in moving.items():
             factors = (solved @ motion)[row]
             terms += [(other, c + 1, x) for c, x in enumerate(factors) if abs(x) > 1e-12]
-        pairs = [[*first, *second] for first, second in zip_longest(terms[::2], terms[1::2], fillvalue=())]
+        pairs = [
+            [*first, *second]
+            for first, second in zip_longest(terms[::2], terms[1::2], fillvalue=())
+        ]
         yield _card("MPC", 1, *[field for pair in pairs for field in (*pair, None, None)])
 
 

@@ -54,21 +54,21 @@ def places(poses: Mapping[str, pin.SE3], side: str, scale: float) -> dict[str, P
     return {"trunk": Place(shape, thorax.out(in_trunk.translation)), **found}
 
 
-def course(path: Sequence[Element], where: Mapping[str, Place]) -> Array:
-    """Points (k, 3) along a path in the world, m."""
+def course(path: Sequence[Element], where: Mapping[str, Place]) -> list[tuple[str, Array]]:
+    """A path in the world, element by element: the link that carries it, its points (k, 3), m."""
     ends = [
         where[element.link].out(element.place) if element.surface is None else np.zeros(3)
         for element in path
     ]
-    points = []
+    found = []
     for i, element in enumerate(path):
         if element.surface is None:
-            points.append(ends[i][None])
+            found.append((element.link, ends[i][None]))
         else:
             place = where[element.link]
             touching = _touching(place.back(ends[i - 1]), place.back(ends[i + 1]), element.surface)
-            points.append(place.out(touching))
-    return np.concatenate(points)
+            found.append((element.link, place.out(touching)))
+    return found
 
 
 def _touching(start: Array, end: Array, surface: Surface) -> Array:

@@ -6,7 +6,7 @@ that both sides are one graph, evaluated at the angles of each: lengths and slop
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cache
 from threading import get_ident
@@ -135,12 +135,22 @@ class Paths:
         Returns:
             For each muscle its points (k, 3) in the world's axes, m.
         """
+        return tuple(line for line, _ in self._drawn(q))
+
+    def carriers(self, q: Array) -> tuple[tuple[str, ...], ...]:
+        """For each muscle the links (k,) of the body that carry the points of its broken line."""
+        return tuple(links for _, links in self._drawn(q))
+
+    def _drawn(self, q: Array) -> Iterator[tuple[Array, tuple[str, ...]]]:
         poses = frame_poses(self.body.model, q)
-        lines = []
         for side in SIDES:
             where = places(poses, side, self.scale)
-            lines += [course(path, where) for path in elements().values()]
-        return tuple(lines)
+            for path in elements().values():
+                found = course(path, where)
+                # The trunk of the reference arm is placed by the body's thorax.
+                links = [(link.replace("trunk", "thorax"), len(points)) for link, points in found]
+                carriers = (f"{link}_{side}" for link, count in links for _ in range(count))
+                yield np.concatenate([points for _, points in found]), tuple(carriers)
 
     def _check_fit(self) -> None:
         """Compare where the links are with where the reference arm has them, at one posture."""

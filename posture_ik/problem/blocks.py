@@ -241,6 +241,15 @@ class Problem(Block):
         return self
 
     @model_validator(mode="after")
+    def _has_a_backrest_to_move(self) -> Problem:
+        if self.vibration and self.vibration.input == "backrest" and self.seat.backrest is None:
+            raise ValueError(
+                'vibration.input = "backrest" needs a backrest to move; give one under [seat], '
+                'as backrest = { kind = "foam" }, or take input = "seat"'
+            )
+        return self
+
+    @model_validator(mode="after")
     def _tasks_agree(self) -> Problem:
         seen: set[str] = set()
         for number, task in enumerate(self.task, 1):

@@ -47,10 +47,10 @@ class VibrationBlock(Block):
     """How the person vibrates about the posture.
 
     `beside`: other models, for their responses in the same charts. `input`: what moves: the seat
-    with all that stands on it, or the backrest alone. `frames`: links whose motions are told; the
-    head, the pelvis and all grips if not given. `discs`: joints of the spine, such as `L4_L5`,
-    whose strains and forces are told. `shape`, of the finite-element model: the erect person
-    turned rigidly with the backrest, or the solved posture. `gravity`: count the stiffness,
+    with all that stands on it, or the backrest alone. `frames`: links whose motions are told beside
+    the head's; the pelvis's and all grips' if not given. `discs`: joints of the spine, such as
+    `L4_L5`, whose strains and forces are told. `shape`, of the finite-element model: the erect
+    person turned rigidly with the backrest, or the solved posture. `gravity`: count the stiffness,
     negative for what stands, of the weight; `prestress`: that of the forces with which the tasks
     hold the posture. The source counts neither. `parameters`: stiffness and damping of the
     source, or as calibrated to measurements. `grip`: whether a hand keeps hold of the lever it is

@@ -106,9 +106,9 @@ def animation(motion: Moving, looks: Sequence[Look], parts: Mapping[str, Part]) 
         "span": [float(instants[0]), float(instants[-1])],
         "time": packed(instants),
         "paths": list(placed),
-        "poses": packed(np.swapaxes([_seven(poses) for poses in placed.values()], 0, 1)),
+        "poses": packed(np.swapaxes([seven(poses) for poses in placed.values()], 0, 1)),
         "tints": _tints(energies, looks, parts),
-        "skin": _skin(postures[0], list(placed)),
+        "skin": riding(postures[0], list(placed)),
         "wrenches": _wrenches(motion, steps),
         "energy": packed(energies.sum(axis=1)),
         "ways": [
@@ -144,17 +144,18 @@ def _placed(
     placed = {f"person/{link}": [p.frames[link] for p in postures] for link in links}
     placed |= {f"levers/{name}": [now[name] for now in held] for name in held[0]}
     if len({posture.problem.seat.recline_deg for posture in postures}) > 1:
-        placed["seat/backrest"] = [_backrest(posture) for posture in postures]
+        placed["seat/backrest"] = [backrest_of(posture) for posture in postures]
     return placed
 
 
-def _backrest(posture: Posture) -> pin.SE3:
+def backrest_of(posture: Posture) -> pin.SE3:
+    """Where the backrest stands that touches the back."""
     body = posture.body
     reference, girth = frame_poses(body.model, body.q_reference), Scale.of(body.subject).length[0]
     return leaning(posture, back_of(skin(reference, posture.frames, girth), reference, girth))
 
 
-def _seven(poses: Sequence[pin.SE3]) -> Array:
+def seven(poses: Sequence[pin.SE3]) -> Array:
     """Position (m) and quaternion (x, y, z, w), (f, 7); one sign, so that a page may blend them."""
     rows = np.array([pin.SE3ToXYZQUAT(pose) for pose in poses])
     flips = np.where(np.sum(rows[1:, 3:] * rows[:-1, 3:], axis=1) < 0.0, -1.0, 1.0)
@@ -177,7 +178,7 @@ def _tints(energies: Array, looks: Sequence[Look], parts: Mapping[str, Part]) ->
     }
 
 
-def _skin(posture: Posture, paths: Sequence[str]) -> dict[str, Any]:
+def riding(posture: Posture, paths: Sequence[str]) -> dict[str, Any]:
     """How the skin rides on the vertebrae, for the page to carry it along."""
     body = posture.body
     reference = frame_poses(body.model, body.q_reference)
@@ -187,7 +188,7 @@ def _skin(posture: Posture, paths: Sequence[str]) -> dict[str, Any]:
         "lower": packed(lower, "u1"),
         "share": packed(share),
         "levels": [paths.index(f"person/{name}") for name in SPINE],
-        "poses": packed(_seven([reference[name] for name in SPINE])),
+        "poses": packed(seven([reference[name] for name in SPINE])),
     }
 
 

@@ -21,13 +21,16 @@ from scipy.spatial import ConvexHull
 
 from posture_ik.arrays import Array
 from posture_ik.body.scaling import Scale
+from posture_ik.errors import PostureIKError
 from posture_ik.files import whole_file
 from posture_ik.kinematics import frame_poses
 from posture_ik.muscle import Activity
 from posture_ik.posture import Motion, Posture, Trajectory, Wrench
 from posture_ik.resources import resource
 from posture_ik.show.arrows import acting, labels, size
+from posture_ik.show.facts import facts_of, joules
 from posture_ik.show.looks import Look, looks_of
+from posture_ik.show.mode_shapes import draw_viscera, mode_shapes
 from posture_ik.show.moving import (
     animation,
     handles,
@@ -39,10 +42,10 @@ from posture_ik.show.moving import (
 )
 from posture_ik.show.played import Moving, played
 from posture_ik.show.plots import joint_name
-from posture_ik.show.reaching import checks
 from posture_ik.show.scene import CAGE, draw, floor_height
 from posture_ik.show.strain import RAMP, Part, action, full_scale, parts_of, place_on_scale
 from posture_ik.show.tubes import tubes
+from posture_ik.vibration import Vibration
 
 
 class _Recorder:
@@ -56,7 +59,10 @@ class _Recorder:
 
 
 def write_view(
-    shown: Posture | Motion | Trajectory, path: Path, activity: Activity | None = None
+    shown: Posture | Motion | Trajectory,
+    path: Path,
+    activity: Activity | None = None,
+    vibration: Vibration | None = None,
 ) -> None:
     """Write one HTML file that opens in any browser, without any network.
 
@@ -64,20 +70,25 @@ def write_view(
         shown: a posture, or a motion or trajectory to play.
         path: of the file; it is written whole or not at all.
         activity: of its muscles, to be drawn too.
+        vibration: about the posture shown, whose modes to play.
 
     Raises:
+        PostureIKError: there is a vibration, but not about what is shown.
         UnwritableOutput: the file cannot be written.
     """
     recorder = _Recorder()
-    moving = _moving(shown)
-    _draw(meshcat.Visualizer(window=recorder), moving)
+    moving = _moving(shown, vibration)
+    _draw(meshcat.Visualizer(window=recorder), moving, vibration)
     with whole_file(path) as scratch:
-        page = _page(moving, _facts(shown), activity, recorder.commands)
+        page = _page(moving, facts_of(shown), activity, vibration, recorder.commands)
         scratch.write_text(page, encoding="utf-8")
 
 
 def view(
-    shown: Posture | Motion | Trajectory, browse: bool = True, activity: Activity | None = None
+    shown: Posture | Motion | Trajectory,
+    browse: bool = True,
+    activity: Activity | None = None,
+    vibration: Vibration | None = None,
 ) -> None:
     """Serve the same page live through meshcat's server, until interrupted.
 
@@ -87,15 +98,19 @@ def view(
         shown: a posture, or a motion or trajectory to play.
         browse: open the page in the user's browser.
         activity: of its muscles, to be drawn too.
+        vibration: about the posture shown, whose modes to play.
+
+    Raises:
+        PostureIKError: there is a vibration, but not about what is shown.
     """
+    moving = _moving(shown, vibration)
+    page = _page(moving, facts_of(shown), activity, vibration, None)
     bridge = ZMQWebSocketBridge()
-    moving = _moving(shown)
-    page = _page(moving, _facts(shown), activity, None)
     bridge.app.add_handlers(r".*", [(r"/posture", _PageHandler, {"page": page})])
     address = f"http://{bridge.host}:{bridge.fileserver_port}/posture"
 
     def fill() -> None:
-        _draw(meshcat.Visualizer(zmq_url=bridge.zmq_url), moving)
+        _draw(meshcat.Visualizer(zmq_url=bridge.zmq_url), moving, vibration)
         print(f"With legend and labels: {address} (zmq_url={bridge.zmq_url}); Ctrl-C ends it.")
         if browse:
             webbrowser.open(address)
@@ -115,15 +130,21 @@ class _PageHandler(tornado.web.RequestHandler):
         self.finish(self.page)
 
 
-def _draw(visualizer: meshcat.Visualizer, shown: Posture | Moving) -> None:
+def _draw(
+    visualizer: meshcat.Visualizer, shown: Posture | Moving, vibration: Vibration | None
+) -> None:
     """Draw a posture, or where a motion starts with every force that it will need."""
     if isinstance(shown, Posture):
         draw(visualizer, shown)
     else:
         draw(visualizer, shown.postures[0], largest_wrenches(shown), *handles(shown, [0]))
+    if vibration is not None:
+        draw_viscera(visualizer, vibration)
 
 
-def _moving(shown: Posture | Motion | Trajectory) -> Posture | Moving:
+def _moving(shown: Posture | Motion | Trajectory, vibration: Vibration | None) -> Posture | Moving:
+    if vibration is not None and vibration.posture is not shown:
+        raise PostureIKError("view: modes are shown about the posture of their vibration alone.")
     return shown if isinstance(shown, Posture) else played(shown)
 
 
@@ -131,6 +152,7 @@ def _page(
     shown: Posture | Moving,
     facts: list[tuple[str, str]],
     activity: Activity | None,
+    vibration: Vibration | None,
     commands: list[str] | None,
 ) -> str:
     """The page: with the drawing in it, or, without commands, listening to the live server."""
@@ -140,18 +162,20 @@ def _page(
     )
     looks = looks_of(shown.body)
     links = {look.link for look in looks}
+    modes = mode_shapes(vibration, looks, activity) if vibration else None
     scripts = ["view.js", *(["muscles.js"] if activity else [])]
     if isinstance(shown, Posture):
         postures = [shown]
         parts = parts_of(shown, links)
         wrenches, motion = acting(shown), None
         loads = _loads((*shown.wrenches, shown.seat))
+        scripts += ["follow.js", "modes.js"] if modes and modes["kinds"] else []
     else:
         postures = [shown.postures[i] for i in shown_steps(shown.time)]
         parts = peak_parts(shown, parts_of(postures[0], links))
         wrenches = largest_wrenches(shown)
         motion, loads = animation(shown, looks, parts), _loads(wrenches_at(shown, 0))
-        scripts.append("play.js")
+        scripts += ["follow.js", "play.js"]
     return pages.get_template("view.html").render(
         title=shown.problem.title,
         facts=facts,
@@ -159,6 +183,7 @@ def _page(
         legend=_legend(parts),
         data=_data(postures, looks, parts, wrenches),
         motion=motion,
+        modes=modes,
         muscles=_muscles(activity) if activity else None,
         commands=commands,
         viewer=(Path(VIEWER_ROOT) / "main.min.js").read_text(encoding="utf-8"),
@@ -167,61 +192,9 @@ def _page(
     )
 
 
-def _facts(shown: Posture | Motion | Trajectory) -> list[tuple[str, str]]:
-    """What to know at a glance."""
-    match shown:
-        case Motion():
-            return _motion_facts(shown)
-        case Trajectory():
-            return _reach_facts(shown)
-    return _posture_facts(shown)
-
-
-def _posture_facts(posture: Posture) -> list[tuple[str, str]]:
-    certificate = posture.certificate
-    residual = max(certificate.primal, certificate.dual)
-    return [
-        ("Backrest reclined", f"{posture.problem.seat.recline_deg:g}°"),
-        ("Strain energy", _joules(posture.elastic_energy)),
-        ("Certificate", f"{'holds' if certificate.holds else 'fails'}, residual {residual:.0e}"),
-    ]
-
-
-def _motion_facts(motion: Motion) -> list[tuple[str, str]]:
-    """The same for a motion; the strain energy is that of its start, until the page plays."""
-    reclines = [posture.problem.seat.recline_deg for posture in motion.postures]
-    low, high = min(reclines), max(reclines)
-    return [
-        ("Lasts", f"{motion.time[-1] - motion.time[0]:.3g} s, {len(motion.time)} steps"),
-        ("Backrest reclined", f"{low:g}°" if low == high else f"{low:.3g}° to {high:.3g}°"),
-        ("Strain energy", _joules(motion.postures[0].elastic_energy)),
-        ("Tasks and rates met to", f"{motion.worst_residuals().max():.0e}"),
-    ]
-
-
-def _reach_facts(found: Trajectory) -> list[tuple[str, str]]:
-    """The same for a trajectory."""
-    start = found.postures(found.time[:1])[0]
-    holds = all(check["good"] for check in checks(found))
-    return [
-        ("Takes", f"{found.duration:.3g} s"),
-        ("Backrest reclined", f"{found.problem.seat.recline_deg:g}°"),
-        ("Strain energy", _joules(start.elastic_energy)),
-        ("Effort", f"{found.effort:.3g} (N m)² s"),
-        ("Certificate", "holds" if holds else "fails"),
-        ("Ends within", f"{found.end_error:.0e} m, rad"),
-    ]
-
-
 def _loads(wrenches: Sequence[Wrench]) -> list[tuple[str, str, str]]:
     """What acts on the person: where, force in N, moment in N m."""
     return [(w.label, size(w.force), size(w.moment)) for w in wrenches]
-
-
-def _joules(energy: float) -> str:
-    if energy < 1e-9:
-        return "0 J"
-    return f"{energy:.3g} J" if energy >= 0.1 else f"{1e3 * energy:.3g} mJ"
 
 
 def _legend(parts: Mapping[str, Part]) -> dict[str, Any]:
@@ -239,7 +212,7 @@ def _legend(parts: Mapping[str, Part]) -> dict[str, Any]:
     return {
         "colours": _css(RAMP),
         "ticks": [(0.0, "0"), *ticks],
-        "most": [(_joint(name), _joules(by_joint[name])) for name in most if by_joint[name] > 1e-6],
+        "most": [(_joint(name), joules(by_joint[name])) for name in most if by_joint[name] > 1e-6],
     }
 
 

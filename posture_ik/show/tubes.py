@@ -50,11 +50,42 @@ def tubes(activity: Activity) -> dict[str, Any]:
     }
 
 
+def riders(activity: Activity) -> dict[str, Any]:
+    """How the muscles' points ride on links as those move a little: between corners of the paths.
+
+    `corners` (c, 3), m, of all paths, each carried by one of `links`; `before` (50, 20), the number
+    of the corner before each point, and `share` (50, 20), how far it lies towards the next.
+
+    Args:
+        activity: whose first instant counts.
+    """
+    paths, q = Paths.of(activity.shown.body), activity.q[0]
+    lines, carriers = paths.polylines(q), paths.carriers(q)
+    links = sorted({link for those in carriers for link in those})
+    places = np.array([_even(line, POINTS) for line in lines])
+    lengths = np.array([len(line) for line in lines])
+    before = np.minimum(places.astype(int), lengths[:, None] - 2)
+    starts = np.cumsum(lengths) - lengths
+    return {
+        "links": links,
+        "corners": packed(np.concatenate(lines)),
+        "carriers": packed([links.index(link) for those in carriers for link in those], "u1"),
+        "before": packed(before + starts[:, None], "<i2"),
+        "share": packed(places - before),
+    }
+
+
 def along(line: Array, count: int = POINTS) -> Array:
     """Points (count, 3) evenly along a broken line (k, 3)."""
+    places, corners = _even(line, count), np.arange(len(line))
+    return np.column_stack([np.interp(places, corners, of) for of in line.T])
+
+
+def _even(line: Array, count: int) -> Array:
+    """Where `count` even points of a broken line (k, 3) lie, from 0, its first point, to k - 1."""
     run = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
-    at = np.linspace(0.0, run[-1], count)
-    return np.column_stack([np.interp(at, run, of) for of in line.T])
+    places: Array = np.interp(np.linspace(0.0, run[-1], count), run, np.arange(len(line)))
+    return places
 
 
 def _steps(activity: Activity) -> list[int]:

@@ -204,7 +204,7 @@ def drive(
 def acceleration(name: str, components: Sequence[str], motion: Array) -> Readout:
     """Read out the acceleration of a motion (k, n), such as `Head acceleration z`."""
     ports = tuple(
-        Port(f"{name} acceleration {c}", "rad/s^2" if c.startswith("r") else "m/s^2")
+        Port(f"{name} acceleration {c}", "rad/s²" if c.startswith("r") else "m/s²")
         for c in components
     )
     return Readout(ports, np.stack([np.zeros_like(motion), np.zeros_like(motion), motion]))

@@ -32,10 +32,11 @@ Method: TypeAlias = Literal["modal", "schur", "direct"]
 
 #: By how much the fast ways may miss the direct one, relative to the largest of its kind. They are
 #: found within 1e-11; what is worse is solved directly.
-_TOLERANCE = 1e-8
-_CHECKS = 5
+TOLERANCE = 1e-8
+CHECKS = 5
 #: Rows of the triangular pencil that are substituted at a time.
 _BLOCK = 8
+_RESPONSE = {"units": "output_unit per input_unit", "long_name": "response of outputs to inputs"}
 _AXES = tuple("xyz")
 _MOTIONS = ("x", "y", "z", "rx", "ry", "rz")
 
@@ -73,12 +74,12 @@ def frequency_response(
         if method == "modal" and not _has_all_masses(system):
             used = "schur"
         response = _WAYS[used](system, s)
-        checks = np.unique(np.linspace(0, len(f) - 1, _CHECKS).astype(int))
+        checks = np.unique(np.linspace(0, len(f) - 1, CHECKS).astype(int))
         miss = _miss(system, response[checks], _direct(system, s[checks]))
-        if not miss <= _TOLERANCE:
+        if not miss <= TOLERANCE:
             used, response, miss = "direct", _direct(system, s), 0.0
     data = xr.Dataset(
-        {"response": (("frequency", "output", "input"), response)},
+        {"response": (("frequency", "output", "input"), response, _RESPONSE)},
         coords={
             "frequency": ("frequency", f, {"units": "Hz", "long_name": "frequency"}),
             "output": [port.name for port in system.outputs],
@@ -96,6 +97,14 @@ def frequency_response(
         known["impedance"] = impedance(data)
         known["absorbed_power"] = absorbed_power(data)
     return data.assign(known)
+
+
+def seen_frames(data: xr.Dataset) -> list[str]:
+    """The links and masses whose motion is in a response, in its order."""
+    ends = tuple(f" {motion}" for motion in _AXES)
+    moved = [str(name).rpartition(" ")[0] for name in data["output"].values if name.endswith(ends)]
+    whole = [name.removesuffix(" acceleration") for name in moved]
+    return [name for name in dict.fromkeys(whole) if not name.endswith((" force", " velocity"))]
 
 
 def transmissibility(data: xr.Dataset, frame: str = "Head", base: str = "seat") -> xr.DataArray:
@@ -153,7 +162,7 @@ def absorbed_power(data: xr.Dataset, base: str = "seat") -> xr.DataArray:
     return xr.DataArray(
         lost / (2 * np.pi * data["frequency"].values[:, None]),
         dims=("frequency", "opposed"),
-        coords={"opposed": both},
+        coords={"frequency": data["frequency"], "opposed": both},
         attrs={"units": "W per (m/s²)² or (rad/s²)²", "long_name": "absorbed power"},
     )
 
@@ -212,7 +221,11 @@ def _part(
     return xr.DataArray(
         values * s**power,
         dims=("frequency", *dims),
-        coords={dims[0]: list(rows), dims[1]: list(columns)},
+        coords={
+            "frequency": data["frequency"],
+            dims[0]: list(rows),
+            dims[1]: list(columns),
+        },
         attrs={"units": unit, "long_name": f"{what}, {inputs[0]} to {outputs[0]}"},
     )
 

@@ -9,16 +9,24 @@ import numpy as np
 import xarray as xr
 
 from posture_ik.body import Body
+from posture_ik.errors import BadProblem, nearest
 from posture_ik.muscle import Activity, solve_activation
 from posture_ik.posture import Posture
-from posture_ik.problem import Problem, VibrationBlock
+from posture_ik.problem import SPINE, Problem, VibrationBlock
 from posture_ik.vibration.backrest import at_preload
+from posture_ik.vibration.dataset import along_models, in_parts, matrices_of, modes_of
 from posture_ik.vibration.factors import Factors
 from posture_ik.vibration.finite_element import build_finite_element
 from posture_ik.vibration.linear import linearise
 from posture_ik.vibration.lumped import build_lumped, load_lumped
 from posture_ik.vibration.modes import Mode, Stability, damped_modes, stability, undamped_modes
-from posture_ik.vibration.response import frequency_response
+from posture_ik.vibration.response import (
+    absorbed_power,
+    apparent_mass,
+    frequency_response,
+    seen_frames,
+    transmissibility,
+)
 from posture_ik.vibration.system import LinearSystem
 
 
@@ -27,6 +35,7 @@ class Vibration:
     """How a person vibrates about a posture.
 
     Attributes:
+        body: who.
         problem: what was asked; its `vibration` block counts, or the defaults of one.
         posture: about which.
         system: the model.
@@ -36,6 +45,7 @@ class Vibration:
         beside: responses of the other models asked for, by name.
     """
 
+    body: Body
     problem: Problem
     posture: Posture
     system: LinearSystem
@@ -53,9 +63,48 @@ class Vibration:
     @property
     def base(self) -> str:
         """What moves, as the inputs name it: `seat`, `floor` under a cushion, or `backrest`."""
-        if self.asked.input == "seat" and self.problem.seat.cushion is not None:
-            return "floor"
-        return self.asked.input
+        return _base(self.problem)
+
+    @property
+    def responses(self) -> dict[str, xr.Dataset]:
+        """The responses of all models by name, the one asked for first."""
+        return {self.asked.model: self.response} | self.beside
+
+    def to_dataset(self) -> xr.Dataset:
+        """Everything that a reader of `response.nc` needs, named and with units.
+
+        netCDF knows no complex numbers: they are two variables, `_real` and `_imag`. Other models
+        stand beside the one asked for along `model`, not a number where one has no such motion.
+        """
+        each = list(self.responses.values())
+        head = along_models([transmissibility(data, "Head", self.base) for data in each])
+        mass = along_models([apparent_mass(data, self.base, self.base) for data in each])
+        power = along_models([absorbed_power(data, self.base) for data in each])
+        result = xr.Dataset(
+            {
+                **in_parts("response", self.response["response"]),
+                **in_parts("transmissibility", head),
+                **in_parts("apparent_mass", mass),
+                "absorbed_power": power,
+                **matrices_of(self.system),
+                **modes_of("undamped", self.undamped),
+                **modes_of("damped", self.damped),
+            }
+        )
+        return result.assign_coords(
+            model=list(self.responses),
+            method=("model", [data.method for data in each]),
+            miss=("model", [data.miss for data in each]),
+            stable=("model", [data.stable for data in each]),
+        ).assign_attrs(
+            title=self.problem.title,
+            model=self.asked.model,
+            base=self.base,
+            method=self.response.method,
+            miss=self.response.miss,
+            stable=int(self.stability.stable),
+            stability=str(self.stability),
+        )
 
 
 def vibrate(
@@ -77,22 +126,32 @@ def vibrate(
         PostureIKError: what is asked does not exist or cannot be (`linearise`, `load_lumped`).
     """
     asked = problem.vibration or VibrationBlock()
-    frequencies = asked.frequencies.values
     if activity is None and problem.activation and "multibody" in (asked.model, *asked.beside):
         activity = solve_activation(body, posture, problem)
-    system = model_of(asked.model, body, posture, problem, asked.frames, activity)
-    others = {
-        name: model_of(name, body, posture, problem, activity=activity) for name in asked.beside
+    frames = None if asked.frames is None else tuple(dict.fromkeys(("Head", *asked.frames)))
+    shared = None if frames is None else tuple(frame for frame in frames if frame in SPINE)
+    systems = {
+        name: model_of(name, body, posture, problem, shared, activity) for name in asked.beside
     }
+    systems[asked.model] = model_of(asked.model, body, posture, problem, frames, activity)
+    for name, system in systems.items():
+        _check_moves(name, system, _base(problem))
+    responses = {
+        name: frequency_response(system, asked.frequencies.values)
+        for name, system in systems.items()
+    }
+    system, response = systems[asked.model], responses.pop(asked.model)
+    _check_frames(asked, seen_frames(response))
     return Vibration(
+        body,
         problem,
         posture,
         system,
-        frequency_response(system, frequencies),
+        response,
         undamped_modes(system),
         damped_modes(system),
         stability(system),
-        {name: frequency_response(other, frequencies) for name, other in others.items()},
+        responses,
     )
 
 
@@ -124,3 +183,27 @@ def model_of(
             discs=asked.discs,
         )
     return build_lumped(load_lumped(name.removeprefix("lumped:")), seat.cushion)
+
+
+def _base(problem: Problem) -> str:
+    asked = problem.vibration or VibrationBlock()
+    return "floor" if asked.input == "seat" and problem.seat.cushion is not None else asked.input
+
+
+def _check_moves(name: str, system: LinearSystem, base: str) -> None:
+    if not any(port.name.startswith(f"{base} ") for port in system.inputs):
+        moved = dict.fromkeys(port.name.rpartition(" ")[0] for port in system.inputs)
+        raise BadProblem(
+            "vibration.input",
+            f"the model {name!r} has no {base} that could move; what moves there is "
+            f"{' or '.join(moved)}.",
+        )
+
+
+def _check_frames(asked: VibrationBlock, known: Sequence[str]) -> None:
+    for frame in asked.frames or ():
+        if frame not in known:
+            raise BadProblem(
+                "vibration.frames",
+                f"the model {asked.model!r} tells no motion of {frame!r}; {nearest(frame, known)}",
+            )

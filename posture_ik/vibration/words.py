@@ -31,7 +31,7 @@ _MOVES = {
 
 def is_odd(coordinate: str) -> bool:
     """Whether a coordinate changes its sign in the mirror that swaps left and right."""
-    return coordinate.replace(" ", "_").endswith(("_y", "_rx", "_rz", "_lateral"))
+    return _joined(coordinate).endswith(("_y", "_rx", "_rz", "_lateral"))
 
 
 def told(system: LinearSystem, shapes: Complex) -> list[str]:
@@ -62,19 +62,25 @@ def told(system: LinearSystem, shapes: Complex) -> list[str]:
 
 def _of_head(system: LinearSystem, shapes: Complex) -> Sequence[str]:
     place = {port.name: i for i, port in enumerate(system.outputs)}
-    ways = {"Head x": "fore and aft", "Head y": "sideways", "Head z": "up and down"}
-    if not ways.keys() <= place.keys():
-        return [""] * shapes.shape[1]
-    travel = np.abs(system.Y[0, [place[name] for name in ways]] @ shapes)
-    said = list(ways.values())
-    return [f"; the head goes {said[i]}" for i in np.argmax(travel, axis=0)]
+    said = ("fore and aft", "sideways", "up and down")
+    for order, name in ((0, "Head"), (2, "Head acceleration")):
+        ways = [f"{name} {axis}" for axis in "xyz"]
+        if place.keys() >= set(ways):
+            travel = np.abs(system.Y[order, [place[way] for way in ways]] @ shapes)
+            return [f"; the head goes {said[i]}" for i in np.argmax(travel, axis=0)]
+    return [""] * shapes.shape[1]
+
+
+def _joined(coordinate: str) -> str:
+    """A coordinate's name as the joints' are: of `Head y`, a body's own motion, `Head_y`."""
+    return coordinate.replace(" ", "_")
 
 
 def _part(name: str) -> str:
     """What a coordinate moves: `fore-and-aft bending of the lumbar spine`."""
     if name.startswith("lever_"):
         return "swing of a lever"
-    body, _, component = name.replace(" ", "_").rpartition("_")
+    body, _, component = _joined(name).rpartition("_")
     upper = body.partition("_")[0]
     if component in ("l", "r"):
         return "swing of the arms"

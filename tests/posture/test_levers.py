@@ -94,3 +94,11 @@ def test_the_end_of_a_throw_is_named(body: pik.Body) -> None:
     place = "task.frame.position=[0.30, 0, 0]"
     with pytest.raises(InfeasiblePosture, match="lever_cyclic_fore_aft at its lower limit"):
         pik.solve_posture(body, pushed(place, "lever.cyclic.throw_deg=5"))
+
+
+def test_a_posture_s_body_gets_its_levers_once(body: pik.Body) -> None:
+    """A result read back has the body with levers; what is found from it anew is of the same."""
+    posture = pik.solve_posture(body, pushed())
+    again = pik.solve_posture(posture.body, pushed())
+    assert again.body is posture.body
+    np.testing.assert_allclose(again.q, posture.q, atol=1e-12)

@@ -1,0 +1,54 @@
+"""Commands on the models themselves: beside what is published, and what is identified on it."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from posture_ik.cli.terminal import (
+    Json,
+    Output,
+    app,
+    out,
+    print_records,
+    telling,
+    written,
+)
+from posture_ik.exchange import write_identification
+from posture_ik.reference import compare as compare_with_source
+from posture_ik.show.comparison import comparison, identification, write_comparison
+from posture_ik.vibration.identify import Parameters
+from posture_ik.vibration.identify import identify as search
+
+
+@app.command()
+def compare(output: Output = None, as_json: Json = False) -> None:
+    """Lay the source's published numbers beside ours; write them as a page where -o says."""
+    with written(output) as folder, telling(quiet=as_json) as tell:
+        rows = compare_with_source(tell)
+        if folder:
+            write_comparison(rows, folder / "compare.html")
+    if as_json:
+        print_records(rows)
+    else:
+        out.print(comparison(rows))
+
+
+@app.command()
+def identify(
+    parameters: Annotated[
+        Parameters, typer.Argument(help="What to search: source or calibrated.")
+    ] = "source",
+    output: Output = None,
+    as_json: Json = False,
+) -> None:
+    """Search the values that the source leaves open, or calibrate its model; takes minutes."""
+    with written(output) as folder, telling(quiet=as_json) as tell:
+        found = search(parameters, tell)
+        if folder:
+            write_identification(found, folder)
+    if as_json:
+        print_records([found])
+    else:
+        out.print(identification(found))
