@@ -16,7 +16,6 @@ from posture_ik.problem.blocks import (
     Problem,
     RigidBack,
     Seat,
-    Subject,
 )
 from posture_ik.problem.stages import (
     ActivationBlock,
@@ -25,6 +24,7 @@ from posture_ik.problem.stages import (
     Reflex,
     TrajectoryBlock,
 )
+from posture_ik.problem.subject import Subject
 from posture_ik.problem.tasks import (
     Backrest,
     BackrestContact,
