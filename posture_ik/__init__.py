@@ -31,6 +31,7 @@ from posture_ik.problem import (
     Hand,
     Head,
     Lever,
+    Measured,
     MotionBlock,
     Pelvis,
     PostureBlock,
@@ -40,6 +41,7 @@ from posture_ik.problem import (
     TrajectoryBlock,
     VibrationBlock,
     load_problem,
+    sample_people,
 )
 from posture_ik.vibration import (
     LinearSystem,
@@ -72,6 +74,7 @@ __all__ = [
     "Kinematics",
     "Lever",
     "LinearSystem",
+    "Measured",
     "Motion",
     "MotionBlock",
     "Muscles",
@@ -99,6 +102,7 @@ __all__ = [
     "move",
     "reach",
     "read_posture",
+    "sample_people",
     "show",
     "solve_activation",
     "solve_posture",

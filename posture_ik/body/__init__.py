@@ -60,7 +60,7 @@ def build_body(subject: Subject, urdf: Path | None = None) -> Body:
     """Build a subject's body.
 
     Args:
-        subject: Who; the tables are scaled to them (`posture_ik.body.scaling`).
+        subject: Who; the tables are scaled to them (`posture_ik.body.laws`).
         urdf: A URDF of one's own, of the same joint names, instead of the scaled reference body (as
             `subject.urdf`). Its geometry, masses and limits count; stiffness, damping and reference
             shape come from the subject by joint name. The arms may be left out.
@@ -75,7 +75,7 @@ def build_body(subject: Subject, urdf: Path | None = None) -> Body:
     path = urdf or subject.urdf
     if path is None:
         where: Path | str = "seated_person.urdf"
-        text = write_urdf(geometry, visuals(geometry.nodes, geometry.scale.length))
+        text = write_urdf(geometry, visuals(geometry.nodes, geometry.scale))
     else:
         where, text = path, read_urdf(path)
     model = load_model(text, where)

@@ -19,7 +19,8 @@ import numpy as np
 import scipy.linalg
 
 from posture_ik.arrays import Array
-from posture_ik.body.scaling import REFERENCE, Scale
+from posture_ik.body.laws import scale_of
+from posture_ik.body.scaling import REFERENCE, Scale, region_of, region_of_joint
 from posture_ik.body.spine import VISCERA, inertias, nodes
 from posture_ik.body.tables import numbers, read_table, table
 from posture_ik.problem import COMPONENTS, SPINE, Cushion, FoamBack, RigidBack, Subject
@@ -130,7 +131,7 @@ def build_finite_element(
         below[layer] = below["floor"].copy()
         below[layer][2] += row[f"{layer} z"]
     under = below[layers[-1] if layers else "floor"]
-    person = _person(Scale.of(subject), recline, row, below["floor"])
+    person = _person(scale_of(subject), recline, row, below["floor"])
 
     masses = _masses(person)
     springs = [*_bushings(person, values.bushing_fraction), *_viscera(person, values, row)]
@@ -205,7 +206,7 @@ def _masses(person: _Person) -> list[Mass]:
         matrix = scipy.linalg.block_diag(inertia.mass * np.eye(3), tensor)
         masses.append(Mass(person.at(name, centre), matrix))
     for arm in ("L_arm", "R_arm"):
-        mass = person.scale.mass * float(table("table_9_masses")[arm]["mass_kg"])
+        mass = person.scale.mass["arm"] * float(table("table_9_masses")[arm]["mass_kg"])
         masses.append(Mass(person.motions[arm][:3], mass * np.eye(3)))
     return masses
 
@@ -213,16 +214,19 @@ def _masses(person: _Person) -> list[Mass]:
 def _bushings(person: _Person, fraction: float) -> list[Spring]:
     """The bushings of tables 10 and 11, z along the chord from the lower node to the upper one."""
     springs = []
-    factors = np.array([person.scale.stiffness(component) for component in _SCALED_AS])
     for lower, upper in pairwise(SPINE):
         chord = person.points[upper] - person.points[lower]
         sin, cos = chord[[0, 2]] / np.linalg.norm(chord)
         axes = np.array([[cos, 0.0, -sin], [0.0, 1.0, 0.0], [sin, 0.0, cos]])
         stands = person.points[lower] + fraction * chord
         apart = person.at(upper, stands) - person.at(lower, stands)
-        stiffness, damping = _bushing(f"{upper}_{lower}")
+        joint = f"{upper}_{lower}"
+        stiffness, damping = _bushing(joint)
+        region, scale = region_of_joint(joint), person.scale
+        stiffness = stiffness * [scale.stiffness(region, component) for component in _SCALED_AS]
+        damping = damping * [scale.damping(region, component) for component in _SCALED_AS]
         turned = scipy.linalg.block_diag(axes, axes) @ apart
-        springs.append(Spring(turned, factors * stiffness, factors * damping))
+        springs.append(Spring(turned, stiffness, damping))
     return springs
 
 
@@ -236,19 +240,23 @@ def _bushing(name: str) -> tuple[Array, Array]:
 
 def _viscera(person: _Person, values: OpenValues, row: Mapping[str, Array]) -> list[Spring]:
     """The ties of the viscera to their vertebrae, and the column of table 12."""
-    factor = person.scale.stiffness("axial")
+    region = region_of(VISCERA[0])
+    stiffer = person.scale.stiffness(region, "axial")
+    damper = person.scale.damping(region, "axial")
     ties = [(v, c, k) for v in LOOSE for c, k in zip("xz", values[3:5], strict=True)]
-    stiffness = factor * np.array([k for _, _, k in ties])
+    stiffness = np.array([k for _, _, k in ties])
     moved = np.stack([row[f"{viscus} {component}"] for viscus, component, _ in ties])
-    springs = [Spring(moved, stiffness, TIE_DAMPING_TIME * stiffness)]
+    springs = [Spring(moved, stiffer * stiffness, damper * TIE_DAMPING_TIME * stiffness)]
     for joint, of in table("table_12_viscera").items():
         upper, lower = joint.split("_")
-        share = factor * (values.column_top if upper == VISCERA[-1] else 1.0)
+        share = values.column_top if upper == VISCERA[-1] else 1.0
         chord = person.points[upper] - person.points[lower]
         along = chord / np.linalg.norm(chord)
         stretch = along @ (person.motions[upper] - person.motions[lower])[:3]
         stiff, damped = share * np.array(numbers(of, "k33_N_m", "c33_N_s_m"))
-        springs.append(Spring(stretch[None], np.array([stiff]), np.array([damped])))
+        springs.append(
+            Spring(stretch[None], np.array([stiffer * stiff]), np.array([damper * damped]))
+        )
     return springs
 
 
@@ -258,7 +266,7 @@ def _buttocks(person: _Person, values: OpenValues, under: Array) -> tuple[Spring
     The corners stand level about the sacrum's `butt_up`, whatever the recline, and what lies under
     them is rigid.
     """
-    across = person.scale.point(np.array([values.buttock_x, values.buttock_y, 0.0]))
+    across = np.array([values.buttock_x, values.buttock_y, 0.0]) * person.scale.length["pelvis"]
     stretch, ends, stiffness, damping = [], [], [], []
     for name, front in (("butt_front", 1.0), ("butt_rear", -1.0)):
         for side in (1.0, -1.0):
@@ -266,8 +274,8 @@ def _buttocks(person: _Person, values: OpenValues, under: Array) -> tuple[Spring
             ends.append(carry(corner)[:3])
             stretch.append(person.at("S1", corner)[:3] - ends[-1] @ under)
             k, c = _bushing(name)
-            stiffness.append(person.scale.stiffness("axial") * k[:3])
-            damping.append(person.scale.stiffness("axial") * c[:3])
+            stiffness.append(person.scale.stiffness("pelvis", "axial") * k[:3])
+            damping.append(person.scale.damping("pelvis", "axial") * c[:3])
     spring = Spring(np.vstack(stretch), np.concatenate(stiffness), np.concatenate(damping))
     return spring, np.vstack(ends)
 

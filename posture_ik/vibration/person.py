@@ -22,7 +22,8 @@ import pinocchio as pin
 
 from posture_ik.arrays import Array
 from posture_ik.body import Body
-from posture_ik.body.scaling import Scale
+from posture_ik.body.laws import scale_of
+from posture_ik.body.scaling import region_of
 from posture_ik.body.spine import VISCERA
 from posture_ik.body.tables import numbers, table
 
@@ -137,7 +138,7 @@ def _person(body: Body) -> Person:
     place_of = {name: model.joints[i].idx_v for i, name in enumerate(model.names) if i}
     ties = [float(table("identified")[f"viscera_tie_{name[-1]}"]["value"]) for name in swinging]
     slowness = float(table("identified")["viscera_tie_damping_time"]["value"])
-    tied = np.array(ties) * _axial_scale(body)
+    stiff, damped = _axial_scale(body)
     coordinates = (*body.dofs, *swinging)
     return Person(
         model,
@@ -145,8 +146,8 @@ def _person(body: Body) -> Person:
         coordinates,
         np.array([place_of[name] for name in body.dofs]),
         np.array([place_of[name] for name in coordinates]),
-        np.concatenate([body.stiffness, tied]),
-        np.concatenate([body.damping, slowness * tied]),
+        np.concatenate([body.stiffness, stiff * np.array(ties)]),
+        np.concatenate([body.damping, damped * slowness * np.array(ties)]),
         tuple(_column(body)),
     )
 
@@ -179,12 +180,14 @@ def _viscera(body: Body) -> dict[str, pin.Inertia]:
 
 
 def _column(body: Body) -> Iterator[tuple[str, str, float, float]]:
-    scale = _axial_scale(body)
+    stiff, damped = _axial_scale(body)
     for upper, lower in pairwise(reversed(VISCERA)):
         if body.model.existFrame(upper) and body.model.existFrame(lower):
             k, c = numbers(table("table_12_viscera")[f"{upper}_{lower}"], "k33_N_m", "c33_N_s_m")
-            yield upper, lower, scale * k, scale * c
+            yield upper, lower, stiff * k, damped * c
 
 
-def _axial_scale(body: Body) -> float:
-    return Scale.of(body.subject).stiffness("axial")
+def _axial_scale(body: Body) -> tuple[float, float]:
+    """Factors on the stiffness and the damping of the viscera's springs."""
+    scale, region = scale_of(body.subject), region_of(VISCERA[0])
+    return scale.stiffness(region, "axial"), scale.damping(region, "axial")

@@ -1,54 +1,68 @@
 """Scaling against the laws it must obey."""
 
+from dataclasses import replace
+
 import numpy as np
 import pinocchio as pin
 import pytest
 
 from posture_ik.body import build_body
 from posture_ik.body.geometry import BodyGeometry
+from posture_ik.body.laws import LAWS, scale_of
 from posture_ik.body.parts import Inertia
-from posture_ik.body.scaling import REFERENCE, Scale
+from posture_ik.body.scaling import REFERENCE, REGIONS, Scale
+from posture_ik.body.spine import SPINE_DOFS
 from posture_ik.problem import Subject
 
-
-def test_reference_subject_is_not_scaled():
-    assert Scale.of(REFERENCE) == Scale((1.0, 1.0, 1.0), 1.0)
+ONES = Scale.alike((1.0, 1.0, 1.0), 1.0)
 
 
-def test_mass_follows_weight_and_height_follows_stature():
-    subject = Subject(gender="female", age=50, weight=60.0, stature=1.62)
-    body = build_body(subject)
-    assert pin.computeTotalMass(body.model) == pytest.approx(61.39 * 60 / 80)
-    data = body.model.createData()
-    pin.framesForwardKinematics(body.model, data, body.q_reference)
-    head = data.oMf[body.model.getFrameId("Head")].translation
-    assert head[2] == pytest.approx(0.75375 * 0.9, abs=1e-12)
-    assert head[0] == pytest.approx(0.02617 * np.sqrt(0.75 / 0.9), abs=1e-12)
+def body_of(scale, monkeypatch):
+    """The geometry that a law of these factors gives."""
+    monkeypatch.setitem(LAWS, "anthropometric", lambda subject: scale)
+    return BodyGeometry.of(REFERENCE)
 
 
-def test_similar_bodies_obey_the_laws_of_similarity():
-    """Grown alike in all directions by f: forces per length as f, per angle f³, inertia f⁵."""
-    f = 1.1
-    small, large = (BodyGeometry.of(Subject(weight=80 * g**3, stature=1.80 * g)) for g in (1.0, f))
+@pytest.mark.parametrize("law", LAWS)
+def test_reference_subject_is_not_scaled(law):
+    assert scale_of(REFERENCE.model_copy(update={"scaling": law})) == ONES
+
+
+def test_doubled_lengths_have_the_exponents_of_similarity(monkeypatch):
+    """Masses 2³, forces per length 2, per angle 2³, inertias 2⁵; the arms' springs are assumed."""
+    small = body_of(ONES, monkeypatch)
+    large = body_of(Scale.alike((2.0, 2.0, 2.0), 8.0), monkeypatch)
     for dof in small.stiffness:
         ratio = large.stiffness[dof] / small.stiffness[dof]
         if dof[-2:] in ("_r", "_l"):
             assert ratio == 1.0
         else:
-            assert ratio == pytest.approx(f if dof.endswith("axial") else f**3)
+            assert ratio == pytest.approx(2.0 if dof.endswith("axial") else 8.0)
         assert large.damping[dof] / small.damping[dof] == pytest.approx(ratio)
-        grown = small.lower[dof] * (f if dof.endswith("axial") else 1.0)
+        grown = small.lower[dof] * (2.0 if dof.endswith("axial") else 1.0)
         assert large.lower[dof] == pytest.approx(grown)
     for link, inertia in small.inertias.items():
-        assert large.inertias[link].mass == pytest.approx(f**3 * inertia.mass)
-        np.testing.assert_allclose(large.inertias[link].centre, f * inertia.centre, atol=1e-12)
-        np.testing.assert_allclose(large.inertias[link].tensor, f**5 * inertia.tensor, atol=1e-12)
+        assert large.inertias[link].mass == pytest.approx(8.0 * inertia.mass)
+        np.testing.assert_allclose(large.inertias[link].centre, 2 * inertia.centre, atol=1e-12)
+        np.testing.assert_allclose(large.inertias[link].tensor, 32 * inertia.tensor, atol=1e-12)
+    for name, node in small.nodes.items():
+        np.testing.assert_allclose(large.nodes[name], 2.0 * node, atol=1e-12)
+
+
+def test_softer_tissue_is_softer_and_nothing_else(monkeypatch):
+    stiff = body_of(ONES, monkeypatch)
+    soft = body_of(replace(ONES, modulus=0.5, viscosity=0.25), monkeypatch)
+    for dof in SPINE_DOFS:
+        assert soft.stiffness[dof] == pytest.approx(0.5 * stiff.stiffness[dof])
+        assert soft.damping[dof] == pytest.approx(0.25 * stiff.damping[dof])
+    assert soft.lower == stiff.lower
 
 
 def test_stretched_inertia_is_that_of_the_stretched_points():
     random = np.random.default_rng(3)
     points, masses = random.normal(size=(40, 3)), random.uniform(0.1, 1.0, 40)
-    scale = Scale.of(Subject(weight=95.0, stature=1.65))
+    length = np.array([1.2, 0.9, 0.8])
+    scale = Scale.alike(tuple(length), 1.3)
 
     def inertia(points, masses):
         centre = masses @ points / masses.sum()
@@ -58,17 +72,30 @@ def test_stretched_inertia_is_that_of_the_stretched_points():
         )
         return Inertia(masses.sum(), centre, tensor)
 
-    ours = scale.inertia(inertia(points, masses))
-    direct = inertia(points * scale.length, scale.mass * masses)
+    ours = scale.inertia(inertia(points, masses), "lumbar")
+    direct = inertia(points * length, 1.3 * masses)
     assert ours.mass == pytest.approx(direct.mass)
     np.testing.assert_allclose(ours.centre, direct.centre)
     np.testing.assert_allclose(ours.tensor, direct.tensor)
 
 
+def test_heights_change_smoothly_from_region_to_region():
+    """Each region's end stands where its own growth puts it, and no vertebra overtakes another."""
+    regions = dict(ONES.length) | {"lumbar": (1.0, 1.0, 1.3), "cervical": (1.0, 1.0, 0.7)}
+    scale = replace(ONES, length=regions)
+    ends = np.array([0.0, *REGIONS.values()])
+    grown = np.diff(ends) * [regions[region][2] for region in REGIONS]
+    np.testing.assert_allclose(scale.heights(ends), [0.0, *np.cumsum(grown)], atol=1e-12)
+    z = np.linspace(0.0, ends[-1], 2000)
+    slopes = np.diff(scale.heights(z)) / np.diff(z)
+    assert slopes.min() > 0.5
+    assert np.abs(np.diff(slopes)).max() < 0.02
+
+
 def test_bending_is_that_of_the_stretched_section():
     """Second moments of an elliptic section, and Saint-Venant's polar one, over the height."""
-    scale = Scale.of(Subject(weight=70.0, stature=1.95))
-    x, y, z = scale.length
+    x, y, z = 0.9, 1.1, 1.2
+    scale = Scale.alike((x, y, z), 1.0)
     a, b, h = 0.02, 0.02, 0.03
 
     def section(a, b, h):
@@ -81,7 +108,7 @@ def test_bending_is_that_of_the_stretched_section():
 
     before, after = section(a, b, h), section(x * a, y * b, z * h)
     for component, value in before.items():
-        assert scale.stiffness(component) == pytest.approx(after[component] / value)
+        assert scale.stiffness("lumbar", component) == pytest.approx(after[component] / value)
 
 
 @pytest.mark.parametrize("stature", [1.40, 1.60, 1.90, 2.10])

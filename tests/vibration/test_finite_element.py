@@ -9,6 +9,7 @@ import pytest
 import scipy.linalg
 from direct_response import modes, over_acceleration, peak, response
 
+from posture_ik.body.laws import LAWS, scale_of
 from posture_ik.body.scaling import Scale
 from posture_ik.body.spine import inertias, nodes
 from posture_ik.body.tables import read_table, table
@@ -21,7 +22,7 @@ STICKY = RigidBack(tangential_stiffness=5e3, tangential_damping=500.0)
 SEAT = [f"seat {c}" for c in COMPONENTS]
 SEAT_FORCE = [f"seat force {c}" for c in COMPONENTS]
 BACKREST_FORCE = [f"backrest force {c}" for c in COMPONENTS]
-REFERENCE = Scale.of(Subject())
+REFERENCE = scale_of(Subject())
 
 
 @pytest.fixture(scope="module")
@@ -303,15 +304,16 @@ def test_a_tangential_spring_takes_weight_off_the_seat():
     assert 1.0 < fast / slow < 1.1
 
 
-def test_subjects_scale():
+def test_subjects_scale(monkeypatch):
     """Grown alike in all directions by g: masses g³, springs g (N/m), so frequencies as 1/g.
 
     Rotary springs as g³, inertias g⁵: as 1/g too. Dampers grow as springs, not as they would to
     keep the damping ratio, so only modes are compared.
     """
-    small, large = (
-        build_finite_element(Subject(weight=80 * g**3, stature=1.8 * g)) for g in (1, 1.1)
-    )
+    grown = Scale.alike((1.1, 1.1, 1.1), 1.1**3)
+    small = build_finite_element()
+    monkeypatch.setitem(LAWS, "anthropometric", lambda subject: grown)
+    large = build_finite_element()
     np.testing.assert_allclose(modes(large, 30)[0] * 1.1, modes(small, 30)[0], rtol=1e-5)
 
 
