@@ -5,8 +5,8 @@ II (`posture_ik.anthropometry`); a factor is the subject's length over the refer
 
     region      λx                  λy                  λz
     pelvis      buttock depth       hip breadth         iliac crest above the seat
-    lumbar      waist depth         waist breadth       cervicale above the iliac crest
-    thoracic    chest depth         chest breadth       cervicale above the iliac crest
+    lumbar      waist depth         waist breadth       so that the cervicale rises
+    thoracic    chest depth         chest breadth       as it does above the seat
     cervical    neck circumference  neck circumference  vertex above the cervicale
     head        head length         head breadth        vertex above the cervicale
 
@@ -37,10 +37,13 @@ def anthropometric(subject: Subject) -> Scale:
     """The factors of a subject of typical build."""
     reference, person = _lengths(REFERENCE), _lengths(subject)
     over = {name: person[name] / length for name, length in reference.items()}
-    trunk, neck = over["trunk"], over["neck_circumference"]
+    crest, neck = over["iliac_crest_height"], over["neck_circumference"]
+    # Crest and cervicale of the model rise as the person's; it is not proportioned as the survey.
+    low, high = REGIONS["pelvis"], REGIONS["thoracic"]
+    trunk = (over["cervicale_height"] * high - crest * low) / (high - low)
     return Scale(
         length={
-            "pelvis": (over["buttock_depth"], over["hip_breadth"], over["iliac_crest_height"]),
+            "pelvis": (over["buttock_depth"], over["hip_breadth"], crest),
             "lumbar": (over["waist_depth"], over["waist_breadth"], trunk),
             "thoracic": (over["chest_depth"], over["chest_breadth"], trunk),
             "cervical": (neck, neck, over["above"]),
@@ -60,11 +63,10 @@ def seated_share(subject: Subject) -> float:
 
 
 def _lengths(subject: Subject) -> dict[str, float]:
-    """Typical lengths of a subject, with those between two heights and of the whole arm, m."""
+    """Typical lengths of a subject, with those of head and neck and of the whole arm, m."""
     found = typical_measures(
         subject.gender, subject.age, subject.stature, subject.weight, subject.measured.lengths()
     )
-    found["trunk"] = found["cervicale_height"] - found["iliac_crest_height"]
     found["above"] = found["sitting_height"] - found["cervicale_height"]
     found["arm"] = found["upper_arm_length"] + found["forearm_length"] + found["hand_length"]
     return found

@@ -127,7 +127,7 @@ class Subject(Block):
     @model_validator(mode="after")
     def _weight_of_a_person(self) -> Subject:
         least, most = BODY_MASS_INDICES
-        if not least <= self.body_mass_index <= most:
+        if not least <= round(self.body_mass_index, 9) <= most:
             low, high = (bmi * self.stature**2 for bmi in (least, most))
             hint = _meant(self.weight, low, high, "kg", _WEIGHTS)
             if STATURES[0] <= self.weight <= STATURES[1]:

@@ -1,18 +1,21 @@
 """Scaling against the laws it must obey."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pinocchio as pin
 import pytest
 
+from posture_ik.anthropometry import typical_measures
 from posture_ik.body import build_body
 from posture_ik.body.geometry import BodyGeometry
 from posture_ik.body.laws import LAWS, scale_of
 from posture_ik.body.parts import Inertia
 from posture_ik.body.scaling import REFERENCE, REGIONS, Scale
+from posture_ik.body.scaling_anthropometric import seated_share
 from posture_ik.body.spine import SPINE_DOFS
-from posture_ik.problem import Subject
+from posture_ik.problem import SPINE, Subject
 
 ONES = Scale.alike((1.0, 1.0, 1.0), 1.0)
 
@@ -111,11 +114,87 @@ def test_bending_is_that_of_the_stretched_section():
         assert scale.stiffness("lumbar", component) == pytest.approx(after[component] / value)
 
 
+@pytest.mark.parametrize("gender", ["male", "female"])
 @pytest.mark.parametrize("stature", [1.40, 1.60, 1.90, 2.10])
-@pytest.mark.parametrize("body_mass_index", [14.5, 22.0, 35.0, 54.5])
-def test_every_valid_subject_has_a_body(stature, body_mass_index):
+@pytest.mark.parametrize("body_mass_index", [14.0, 22.0, 35.0, 55.0])
+def test_every_valid_subject_has_a_body_of_its_weight(gender, stature, body_mass_index):
     """Also where a stretch would turn an inertia that is no body's negative (table 9's T1)."""
-    subject = Subject(stature=stature, weight=body_mass_index * stature**2)
+    subject = Subject(gender=gender, stature=stature, bmi=body_mass_index)
     body = build_body(subject)
-    assert pin.computeTotalMass(body.model) == pytest.approx(61.39 * subject.weight / 80)
+    on_seat = seated_share(subject) * subject.weight
+    assert pin.computeTotalMass(body.model) == pytest.approx(on_seat, abs=1e-9)
     assert all(np.all(np.diag(inertia.inertia) >= 0) for inertia in body.model.inertias)
+    nodes = BodyGeometry.of(subject).nodes
+    assert all(nodes[upper][2] > nodes[lower][2] for lower, upper in pairwise(SPINE))
+
+
+def test_seat_carries_table_9_of_the_reference_and_less_of_a_woman():
+    """De Leva's women have more of their mass in the legs, of which the seat carries a part."""
+    assert seated_share(REFERENCE) == 61.39 / 80
+    woman = seated_share(REFERENCE.model_copy(update={"gender": "female"}))
+    upper = {"male": 6.94 + 43.46 + 2 * 4.94, "female": 6.68 + 42.57 + 2 * 4.49}
+    assert upper["female"] / upper["male"] < woman / seated_share(REFERENCE) < 1.0
+
+
+def test_sitting_height_and_breadths_are_those_typical_of_the_person():
+    """Ratios of the regressions' own predictions, written out for one person."""
+    subject = Subject(gender="female", age=45, weight=68.0, stature=1.66)
+    hers = typical_measures("female", 45, 1.66, 68.0)
+    his = typical_measures("male", 30, 1.80, 80.0)
+    scale = scale_of(subject)
+    for region, x, y in (
+        ("pelvis", "buttock_depth", "hip_breadth"),
+        ("lumbar", "waist_depth", "waist_breadth"),
+        ("thoracic", "chest_depth", "chest_breadth"),
+        ("head", "head_length", "head_breadth"),
+    ):
+        assert scale.length[region][:2] == pytest.approx((hers[x] / his[x], hers[y] / his[y]))
+    crest, cervicale = (
+        hers[name] / his[name] for name in ("iliac_crest_height", "cervicale_height")
+    )
+    ends = np.array([REGIONS["pelvis"], REGIONS["thoracic"], REGIONS["head"]])
+    rises = scale.heights(ends)
+    assert rises[:2] == pytest.approx(ends[:2] * (crest, cervicale))
+    assert scale.length["lumbar"][2] == scale.length["thoracic"][2]
+    above = [who["sitting_height"] - who["cervicale_height"] for who in (hers, his)]
+    assert rises[2] - rises[1] == pytest.approx(above[0] / above[1] * (ends[2] - ends[1]))
+
+
+def test_measured_lengths_move_the_body():
+    """A long arm is long, and half a metre of shoulders stands at half a metre over typical."""
+    plain = Subject()
+    typical = typical_measures("male", 30, 1.80, 80.0)
+    longer = {"upper_arm_length": 1.08, "forearm_length": 1.08, "hand_length": 1.08}
+    arms = Subject(measured={name: f * typical[name] for name, f in longer.items()})
+    assert scale_of(arms).arm == pytest.approx(1.08)
+    tall = Subject(measured={"sitting_height": 1.05 * typical["sitting_height"]})
+    head = BodyGeometry.of(tall).nodes["Head"][2] / BodyGeometry.of(plain).nodes["Head"][2]
+    assert head == pytest.approx(1.05, abs=0.01)
+    shoulders = Subject(measured={"shoulder_height": 1.1 * typical["shoulder_height"]})
+    node = BodyGeometry.of(shoulders).nodes["R_arm"][2]
+    assert node == pytest.approx(1.1 * BodyGeometry.of(plain).nodes["R_arm"][2])
+
+
+def test_measured_masses_stand_and_the_trunk_carries_the_rest():
+    subject = Subject(weight=90.0, measured={"head_mass": 9.0, "arm_mass": 5.0})
+    masses = {name: inertia.mass for name, inertia in BodyGeometry.of(subject).inertias.items()}
+    head = [name for name in masses if name == "Head" or name.startswith("C")]
+    assert sum(masses[name] for name in head) == pytest.approx(9.0)
+    arms = [name for name in masses if name.endswith(("_r", "_l"))]
+    assert sum(masses[name] for name in arms) == pytest.approx(10.0)
+    assert sum(masses.values()) == pytest.approx(seated_share(subject) * 90.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_laws_are_smooth_in_the_subject(law):
+    """No law jumps: a thousandth of stature or weight changes no factor by a hundredth."""
+
+    def factors(**changed):
+        subject = REFERENCE.model_copy(update={"scaling": law, **changed})
+        scale = scale_of(subject)
+        lengths = [factor for lengths in scale.length.values() for factor in lengths]
+        return np.array([*lengths, *scale.mass.values(), scale.arm, scale.modulus])
+
+    start = factors()
+    for changed in ({"stature": 1.8018}, {"weight": 80.08}, {"age": 30.03}):
+        assert 0.0 <= np.abs(factors(**changed) / start - 1.0).max() < 0.01
