@@ -21,20 +21,15 @@ from __future__ import annotations
 from functools import cache
 
 from posture_ik.anthropometry import Gender, typical_measures
+from posture_ik.body.corrections import Corrections
 from posture_ik.body.scaling import REFERENCE, REGIONS, Scale, region_of
 from posture_ik.body.tables import table
 from posture_ik.problem import Subject
 
-#: By how much the seat's share of the weight changes with the body mass index, per kg/m², relative
-#: to the reference subject's.
-SHARE_PER_BMI = 0.0
-#: Part of the thighs that the seat carries: with head, trunk and arms it makes up the 61.39 kg of
-#: table 9, of 80 kg.
-THIGH_ON_SEAT = 0.58
 
-
-def anthropometric(subject: Subject) -> Scale:
-    """The factors of a subject of typical build."""
+def anthropometric(subject: Subject, corrections: Corrections | None = None) -> Scale:
+    """The factors of a subject of typical build, with corrections in place of those identified."""
+    corrections = corrections or Corrections.identified()
     reference, person = _lengths(REFERENCE), _lengths(subject)
     over = {name: person[name] / length for name, length in reference.items()}
     crest, neck = over["iliac_crest_height"], over["neck_circumference"]
@@ -53,13 +48,15 @@ def anthropometric(subject: Subject) -> Scale:
         shoulders=(over["biacromial_breadth"], over["shoulder_height"]),
         arm=over["arm"],
         stature=subject.stature / REFERENCE.stature,
-        mass=_masses(subject),
+        mass=_masses(subject, corrections),
+        modulus=corrections.modulus(subject),
+        viscosity=corrections.viscosity(subject),
     )
 
 
 def seated_share(subject: Subject) -> float:
     """Share of the body's weight that the seat carries: 0.767 for the reference subject."""
-    return _mass_on_seat(subject) / subject.weight
+    return _mass_on_seat(subject, Corrections.identified()) / subject.weight
 
 
 def _lengths(subject: Subject) -> dict[str, float]:
@@ -82,7 +79,7 @@ def _table_masses() -> dict[str, float]:
 
 
 @cache
-def _shares(gender: Gender) -> dict[str, float]:
+def _shares(gender: Gender, thigh_on_seat: float) -> dict[str, float]:
     """What each region, and both arms, are of the body's mass (de Leva)."""
     percent = {name: float(row[gender]) for name, row in table("de_leva_masses").items()}
     shares = {
@@ -90,26 +87,29 @@ def _shares(gender: Gender) -> dict[str, float]:
         "cervical": percent["head"],
         "thoracic": percent["upper_trunk"],
         "lumbar": percent["middle_trunk"],
-        "pelvis": percent["lower_trunk"] + 2 * THIGH_ON_SEAT * percent["thigh"],
+        "pelvis": percent["lower_trunk"] + 2 * thigh_on_seat * percent["thigh"],
         "arm": 2 * (percent["upper_arm"] + percent["forearm"] + percent["hand"]),
     }
     return {region: share / 100 for region, share in shares.items()}
 
 
-def _mass_on_seat(subject: Subject) -> float:
+def _mass_on_seat(subject: Subject, corrections: Corrections) -> float:
     """Mass that the seat carries, kg; table 9's sum for the reference subject."""
     shares, men = (
-        sum(share for region, share in _shares(gender).items() if region != "cervical")
-        for gender in (subject.gender, "male")
+        sum(share for region, share in _shares_of(who).items() if region != "cervical")
+        for who in (subject, REFERENCE)
     )
-    heavier = subject.body_mass_index - REFERENCE.body_mass_index
-    fraction = shares / men * (1.0 + SHARE_PER_BMI * heavier)
+    fraction = shares / men * corrections.share(subject)
     return sum(_table_masses().values()) * subject.weight / REFERENCE.weight * fraction
 
 
-def _masses(subject: Subject) -> dict[str, float]:
+def _shares_of(subject: Subject) -> dict[str, float]:
+    return _shares(subject.gender, subject.thigh_on_seat)
+
+
+def _masses(subject: Subject, corrections: Corrections) -> dict[str, float]:
     """Factor on the mass of each region and of the arms."""
-    lumped, shares, men = _table_masses(), _shares(subject.gender), _shares("male")
+    lumped, shares, men = _table_masses(), _shares_of(subject), _shares_of(REFERENCE)
     typical = {region: mass * (shares[region] / men[region]) for region, mass in lumped.items()}
     known: dict[str, float] = {}
     if subject.measured.head_mass is not None:
@@ -119,7 +119,7 @@ def _masses(subject: Subject) -> dict[str, float]:
     if subject.measured.arm_mass is not None:
         known["arm"] = 2 * subject.measured.arm_mass
     rest = sum(mass for region, mass in typical.items() if region not in known)
-    grown = (_mass_on_seat(subject) - sum(known.values())) / rest
+    grown = (_mass_on_seat(subject, corrections) - sum(known.values())) / rest
     return {
         region: known.get(region, grown * typical[region]) / mass for region, mass in lumped.items()
     }

@@ -76,6 +76,10 @@ class Subject(Block):
     person such as "P5 female", in stature and in weight each, of ANSUR II. `measured` holds what is
     known besides; `scaling` is the law by which the reference body is scaled; `urdf` names a file
     of one's own in place of that body.
+
+    How a person sits counts too: `thigh_on_seat` is the part of the thighs that the seat carries,
+    and not the feet (0.58 makes up the 61.39 kg of table 9, of 80 kg); `tension` is the stiffness
+    of the trunk over the reference subject's, more for muscles tensed and for weak vibration.
     """
 
     gender: Gender = "male"
@@ -83,6 +87,8 @@ class Subject(Block):
     weight: float = Field(80.0, gt=0.0)
     stature: float = 1.80
     measured: Measured = Measured()
+    thigh_on_seat: float = Field(0.58, ge=0.0, le=1.0)
+    tension: float = Field(1.0, gt=0.0, le=10.0)
     scaling: Literal["thesis", "anthropometric"] = "anthropometric"
     urdf: Path | None = None
 

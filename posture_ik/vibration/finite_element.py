@@ -95,6 +95,7 @@ def build_finite_element(
     backrest: RigidBack | FoamBack | None = None,
     cushion: Cushion | None = None,
     values: OpenValues | None = None,
+    scale: Scale | None = None,
 ) -> LinearSystem:
     """The finite-element model of a seated person.
 
@@ -104,6 +105,7 @@ def build_finite_element(
         backrest: what holds the back, if anything; it moves with the seat.
         cushion: the seat and cushion between the floor and the person, if any.
         values: in place of the identified ones.
+        scale: in place of what the subject's law gives.
 
     Returns:
         A system whose coordinates are `Head x` to `S1 rz` (each body's motion at its node, in the
@@ -131,7 +133,7 @@ def build_finite_element(
         below[layer] = below["floor"].copy()
         below[layer][2] += row[f"{layer} z"]
     under = below[layers[-1] if layers else "floor"]
-    person = _person(scale_of(subject), recline, row, below["floor"])
+    person = _person(scale or scale_of(subject), recline, row, below["floor"])
 
     masses = _masses(person)
     springs = [*_bushings(person, values.bushing_fraction), *_viscera(person, values, row)]
