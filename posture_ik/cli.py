@@ -43,6 +43,8 @@ from posture_ik.show.summary import (
     trajectory_record,
     trajectory_summary,
 )
+from posture_ik.show.validation_report import validation_summary, write_validation_report
+from posture_ik.validation import validate as run_validation
 
 app = typer.Typer(
     help="The posture a seated person takes, from one problem file.",
@@ -199,6 +201,37 @@ def export(
         else:
             write_urdf(body, scratch / "model.urdf")
     _out.print(f"Wrote {folder / _FORMATS[to]}.")
+
+
+@app.command()
+def validate(
+    against: Annotated[str, typer.Argument(metavar="DATA", help="Only toward_griffin so far.")],
+    output: Output = None,
+    set_: Overrides = None,
+    as_json: Json = False,
+) -> None:
+    """Run the published subjects and seats; with -o write a page of charts."""
+    if against != "toward_griffin":
+        raise BadProblem(f"validate {against}", "no such data; valid is toward_griffin")
+    with _progress(quiet=as_json) as progress:
+        step = progress.add_task("validating")
+
+        def tell(done: int, of: int) -> None:
+            progress.update(step, description=f"validating: {done} of {of} rows")
+
+        if output is None:
+            results = run_validation(tuple(set_ or ()), tell)
+        else:
+            with whole_folder(output) as scratch:
+                results = run_validation(tuple(set_ or ()), tell)
+                write_validation_report(results, scratch / "validation.html")
+    if as_json:
+        print(json.dumps([result.record() for result in results]))
+        return
+    for table in validation_summary(results):
+        _out.print(table)
+    if output is not None:
+        _out.print(f"Open [bold]{output / 'validation.html'}[/].")
 
 
 @app.command()

@@ -52,7 +52,8 @@ class Numbers(NamedTuple):
 
     def errors(self, published: Numbers) -> Array:
         """Differences from what is published, (3,), %."""
-        return 100.0 * (np.array(self) / np.array(published) - 1.0)
+        errors: Array = 100.0 * (np.array(self) / np.array(published) - 1.0)
+        return errors
 
 
 class Case(NamedTuple):

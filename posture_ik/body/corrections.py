@@ -1,21 +1,24 @@
-"""What a person's age, size and build change beside geometry, identified on measurements.
+"""What a person's age, weight and build change beside geometry, identified on measurements.
 
 Toward and Griffin's apparent masses, as far as the source quotes them (tables 15, 17 and 24), tell
 five numbers of the `anthropometric` law (`tools/identify_corrections.py`; docs/scaling.md has the
-residuals, the confidence intervals and the error on rows left out). All change nothing in the
+residuals, the confidence intervals and the error on rows left out). None changes anything in the
 reference subject.
 
     share of the weight on the seat   ∝ 1 + s (BMI − BMI₀)
-    elastic modulus                   ∝ exp(a (age − 30)/10) (BMI / BMI₀)^b (stature / 1.80 m)^h
-    viscous modulus                   ∝ (BMI / BMI₀)^d
+    elastic modulus                   ∝ l^g (BMI / BMI₀)^b exp(a (age − 30)/10)
+    viscous modulus                   ∝ l^g (BMI / BMI₀)^d
 
-Muscles that hold the trunk up grow tenser with age, and with what they hold up, m g h; fat is soft
-and damps little.
+Here l is the mean pressure under the trunk: the mass on the seat over what the pelvis's section and
+height (λx λy / λz) make of stiffness, both over the reference subject's. Soft tissue stiffens with
+what it bears (Fung's exponential law: tangent modulus proportional to stress, g = 1), and then the
+resonance hardly knows a person's size. Fat is soft; muscles that hold the trunk are tenser in the
+old.
 """
 
 from __future__ import annotations
 
-from math import exp, log
+from math import exp
 from typing import NamedTuple
 
 from posture_ik.body.scaling import REFERENCE
@@ -28,16 +31,16 @@ class Corrections(NamedTuple):
 
     Attributes:
         share_per_bmi: s, m²/kg.
-        stiffness_per_decade: a.
+        stiffening: g.
         stiffness_bmi: b.
-        stiffness_stature: h.
+        stiffness_per_decade: a.
         damping_bmi: d.
     """
 
     share_per_bmi: float
-    stiffness_per_decade: float
+    stiffening: float
     stiffness_bmi: float
-    stiffness_stature: float
+    stiffness_per_decade: float
     damping_bmi: float
 
     @classmethod
@@ -50,18 +53,15 @@ class Corrections(NamedTuple):
         """Factor on the share of the weight that the seat carries."""
         return 1.0 + self.share_per_bmi * (subject.body_mass_index - REFERENCE.body_mass_index)
 
-    def modulus(self, subject: Subject) -> float:
+    def modulus(self, subject: Subject, pressure: float) -> float:
         """Factor on stiffness, posture's tension included."""
-        return subject.tension * exp(
-            self.stiffness_per_decade * (subject.age - REFERENCE.age) / 10
-            + self.stiffness_bmi * _heavier(subject)
-            + self.stiffness_stature * log(subject.stature / REFERENCE.stature)
-        )
+        aged = exp(self.stiffness_per_decade * (subject.age - REFERENCE.age) / 10)
+        return subject.tension * aged * self._tissue(subject, pressure, self.stiffness_bmi)
 
-    def viscosity(self, subject: Subject) -> float:
+    def viscosity(self, subject: Subject, pressure: float) -> float:
         """Factor on damping."""
-        return exp(self.damping_bmi * _heavier(subject))
+        return self._tissue(subject, pressure, self.damping_bmi)
 
-
-def _heavier(subject: Subject) -> float:
-    return log(subject.body_mass_index / REFERENCE.body_mass_index)
+    def _tissue(self, subject: Subject, pressure: float, power: float) -> float:
+        heavier = subject.body_mass_index / REFERENCE.body_mass_index
+        return float(pressure**self.stiffening * heavier**power)

@@ -36,9 +36,12 @@ def anthropometric(subject: Subject, corrections: Corrections | None = None) -> 
     # Crest and cervicale of the model rise as the person's; it is not proportioned as the survey.
     low, high = REGIONS["pelvis"], REGIONS["thoracic"]
     trunk = (over["cervicale_height"] * high - crest * low) / (high - low)
+    pelvis = (over["buttock_depth"], over["hip_breadth"], crest)
+    mass = _mass_on_seat(subject, corrections) / sum(_table_masses().values())
+    pressure = mass * pelvis[2] / (pelvis[0] * pelvis[1])
     return Scale(
         length={
-            "pelvis": (over["buttock_depth"], over["hip_breadth"], crest),
+            "pelvis": pelvis,
             "lumbar": (over["waist_depth"], over["waist_breadth"], trunk),
             "thoracic": (over["chest_depth"], over["chest_breadth"], trunk),
             "cervical": (neck, neck, over["above"]),
@@ -49,8 +52,8 @@ def anthropometric(subject: Subject, corrections: Corrections | None = None) -> 
         arm=over["arm"],
         stature=subject.stature / REFERENCE.stature,
         mass=_masses(subject, corrections),
-        modulus=corrections.modulus(subject),
-        viscosity=corrections.viscosity(subject),
+        modulus=corrections.modulus(subject, pressure),
+        viscosity=corrections.viscosity(subject, pressure),
     )
 
 
