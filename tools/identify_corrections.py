@@ -2,7 +2,7 @@
 
     python tools/identify_corrections.py
 
-Nine numbers against the 48 of tables 15, 17 (`tabled`) and 24 (`typical`): five of the law, two of
+Eight numbers against the 48 of tables 15, 17 (`tabled`) and 24 (`typical`): four of the law, two of
 how Toward and Griffin's people sat (`thigh_on_seat`, `tension`), the spring and the damper along
 their rigid backrest. A difference counts relative to half the source's own mean error for the same
 quantity and table, each table and factor alike, and grows linearly for what is far off (soft l1):
@@ -34,7 +34,6 @@ from posture_ik.vibration import LinearSystem, build_finite_element
 #: What is sought: where the search starts and the prior's centre, and the prior's deviation.
 PRIOR = {
     "share_per_bmi": (-0.02, 0.02),
-    "stiffening": (1.0, 0.3),
     "stiffness_bmi": (-0.2, 0.3),
     "stiffness_per_decade": (0.08, 0.10),
     "damping_bmi": (-0.2, 0.5),
@@ -75,7 +74,7 @@ def half_errors(todo: list[Case]) -> dict[str, Array]:
 
 
 def predict(values: Array, case: Case) -> Numbers:
-    """The apparent mass's numbers; the peak between frequencies is that of a parabola."""
+    """The apparent mass's numbers with eight values, in the order of `PRIOR`."""
     corrections = Corrections(*values[:LAW])
     thigh, tension = float(np.clip(values[LAW], 0.0, 1.0)), float(np.exp(values[LAW + 1]))
     sits: Subject = case.person.model_copy(update={"thigh_on_seat": thigh, "tension": tension})
@@ -85,6 +84,11 @@ def predict(values: Array, case: Case) -> Numbers:
         backrest=back if case.seat == "toward_rigid_upright" else None,
         scale=anthropometric(sits, corrections),
     )
+    return numbers_of(system)
+
+
+def numbers_of(system: LinearSystem) -> Numbers:
+    """Resonance, peak and static value; the peak between frequencies is that of a parabola."""
     mass = apparent_mass(system)
     at = int(np.argmax(mass[2:-1])) + 2
     before, peak, after = mass[at - 1 : at + 2]
@@ -236,8 +240,8 @@ def _page(record: dict[str, Any]) -> str:
         lines.append(f"| {of['group']} | {' | '.join(cells)} |")
     lines += [
         "",
-        "Tables 15 and 24 disagree: the mean subject resonates at 4.56 Hz in the one, people of the",
-        "same age and build at 4.9 Hz in the other. No law of the person alone meets both.",
+        "Tables 15 and 24 disagree: the mean subject resonates at 4.56 Hz in the one, and people",
+        "like him at 4.9 Hz in the other. No law of the person alone meets both.",
         "",
     ]
     return "\n".join(lines)

@@ -1,19 +1,19 @@
 """What a person's age, weight and build change beside geometry, identified on measurements.
 
 Toward and Griffin's apparent masses, as far as the source quotes them (tables 15, 17 and 24), tell
-five numbers of the `anthropometric` law (`tools/identify_corrections.py`; docs/scaling.md has the
+four numbers of the `anthropometric` law (`tools/identify_corrections.py`; docs/scaling.md has the
 residuals, the confidence intervals and the error on rows left out). None changes anything in the
 reference subject.
 
     share of the weight on the seat   ∝ 1 + s (BMI − BMI₀)
-    elastic modulus                   ∝ l^g (BMI / BMI₀)^b exp(a (age − 30)/10)
-    viscous modulus                   ∝ l^g (BMI / BMI₀)^d
+    elastic modulus                   ∝ l (BMI / BMI₀)^b exp(a (age − 30)/10)
+    viscous modulus                   ∝ l (BMI / BMI₀)^d
 
 Here l is the mean pressure under the trunk: the mass on the seat over what the pelvis's section and
 height (λx λy / λz) make of stiffness, both over the reference subject's. Soft tissue stiffens with
-what it bears (Fung's exponential law: tangent modulus proportional to stress, g = 1), and then the
-resonance hardly knows a person's size. Fat is soft; muscles that hold the trunk are tenser in the
-old.
+what it bears: by Fung's exponential law its tangent modulus is proportional to the stress, and so
+the resonance hardly knows a person's size. (Sought too, the power of l came out as 1.2 ± 0.3.) Fat
+is soft; muscles that hold the trunk are tenser in the old.
 """
 
 from __future__ import annotations
@@ -31,14 +31,12 @@ class Corrections(NamedTuple):
 
     Attributes:
         share_per_bmi: s, m²/kg.
-        stiffening: g.
         stiffness_bmi: b.
         stiffness_per_decade: a.
         damping_bmi: d.
     """
 
     share_per_bmi: float
-    stiffening: float
     stiffness_bmi: float
     stiffness_per_decade: float
     damping_bmi: float
@@ -64,4 +62,4 @@ class Corrections(NamedTuple):
 
     def _tissue(self, subject: Subject, pressure: float, power: float) -> float:
         heavier = subject.body_mass_index / REFERENCE.body_mass_index
-        return float(pressure**self.stiffening * heavier**power)
+        return float(pressure * heavier**power)

@@ -14,6 +14,8 @@ by λx λy λz, inertias by mass times length times length (`posture_ik.body.sca
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
 from math import exp, log
 
 from posture_ik.body.scaling import Scale
@@ -22,26 +24,49 @@ from posture_ik.problem import Subject
 
 #: Whom the tables describe, by the source's §5.1.
 KITAZAKI = Subject(gender="male", age=34.0, weight=84.0, stature=1.78)
-COLUMNS = ("per_decade", "bmi", "stature", "female")
+COLUMNS = ("per_decade", "bmi", "stature", "female", "base")
+
+_Rows = Mapping[str, Mapping[str, float]]
 
 
 def thesis(subject: Subject) -> Scale:
     """The factors of a subject by the source's law."""
-    across, up = (stretch(subject, numbers(row, *COLUMNS)) for row in _rows())
+    rows = _identified()
+    across, up = stretch(subject, rows["across"]), stretch(subject, rows["up"])
     return Scale.alike((across, across, up), across**2 * up)
 
 
-def stretch(subject: Subject, coefficients: tuple[float, ...]) -> float:
-    """A λ of a subject, by its four coefficients a, b, h and w."""
-    decade, bmi, stature, female = coefficients
+def chapter_5(subject: Subject, rows: _Rows | None = None) -> Scale:
+    """The factors that also make up for what the source's own model of that chapter has otherwise.
+
+    Its results of tables 15, 17 and 25 suppose a model that is lighter, shorter and less damped
+    before any scaling than tables 8-12 are here; the law knows nothing of that.
+
+    Args:
+        subject: Who.
+        rows: Coefficients in place of the identified ones.
+    """
+    rows = rows or _identified()
+    across, up = (
+        stretch(subject, rows[name]) * exp(rows[name]["base"]) for name in ("across", "up")
+    )
+    scale = Scale.alike((across, across, up), across**2 * up)
+    return replace(scale, viscosity=exp(rows["damping"]["base"]))
+
+
+def stretch(subject: Subject, coefficients: Mapping[str, float]) -> float:
+    """A λ of a subject."""
+    heavier = subject.body_mass_index / KITAZAKI.body_mass_index
     return exp(
-        decade * (subject.age - KITAZAKI.age) / 10
-        + bmi * log(subject.body_mass_index / KITAZAKI.body_mass_index)
-        + stature * log(subject.stature / KITAZAKI.stature)
-        + female * (subject.gender == "female")
+        coefficients["per_decade"] * (subject.age - KITAZAKI.age) / 10
+        + coefficients["bmi"] * log(heavier)
+        + coefficients["stature"] * log(subject.stature / KITAZAKI.stature)
+        + coefficients["female"] * (subject.gender == "female")
     )
 
 
-def _rows() -> tuple[dict[str, str], dict[str, str]]:
+def _identified() -> _Rows:
     rows = table("thesis_scaling")
-    return rows["across"], rows["up"]
+    return {
+        name: dict(zip(COLUMNS, numbers(row, *COLUMNS), strict=True)) for name, row in rows.items()
+    }

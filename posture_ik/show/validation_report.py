@@ -101,11 +101,11 @@ def _label(result: Result) -> str:
 def _three(numbers: Numbers | None) -> str:
     if numbers is None:
         return ""
-    return f"{numbers.resonance:.2f}  {numbers.peak:.1f}  {numbers.static:.1f}"
+    return f"{numbers.resonance:.2f}, {numbers.peak:.1f}, {numbers.static:.1f}"
 
 
 def _percents(errors: Any) -> str:
-    return "" if errors is None else "  ".join(f"{error:.1f}" for error in errors)
+    return "" if errors is None else ", ".join(f"{error:.1f}" for error in errors)
 
 
 def _key(results: list[Result]) -> list[tuple[str, str]]:
