@@ -14,7 +14,6 @@ from functools import cached_property
 from itertools import pairwise
 from typing import ClassVar
 from weakref import WeakKeyDictionary
-from xml.etree import ElementTree as ET
 
 import numpy as np
 import numpy.typing as npt
@@ -157,25 +156,13 @@ def _lever_of(joint: str) -> str:
 
 
 def _viscera(body: Body) -> dict[str, pin.Inertia]:
-    """Inertia of each swinging viscus in its link, read where fixed joints have not merged it."""
-    weights = {}
-    for link in ET.fromstring(body.urdf).iterfind("link"):
-        name, inertial = link.get("name", ""), link.find("inertial")
-        if name not in SWINGING or inertial is None:
-            continue
-        mass, tensor, origin = (inertial.find(tag) for tag in ("mass", "inertia", "origin"))
-        if mass is None or tensor is None:
-            continue
-        place = {} if origin is None else origin.attrib
-        xyz, rpy = (
-            np.array(place.get(part, "0 0 0").split(), dtype=float) for part in ("xyz", "rpy")
-        )
-        xx, xy, xz, yy, yz, zz = (
-            float(tensor.get(entry, "0")) for entry in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-        )
-        about = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-        weight = pin.Inertia(float(mass.get("value", "0")), np.zeros(3), about)
-        weights[name] = pin.SE3(pin.rpy.rpyToMatrix(rpy), xyz).act(weight)
+    """Inertia of each swinging viscus in its link, kept by the fixed joint that merged it."""
+    weights, frames = {}, body.model.frames
+    for link in SWINGING:
+        if body.model.existFrame(link):
+            joint = frames[frames[body.model.getFrameId(link)].parentFrame]
+            if joint.type == pin.FrameType.FIXED_JOINT and joint.inertia.mass > 0.0:
+                weights[link] = joint.inertia
     return weights
 
 
