@@ -48,12 +48,15 @@ class Structure:
     frames: tuple[tuple[str, int, bool, bool], ...]
 
 
+_UNTURNED = np.eye(3)
+
+
 def _turned(placement: pin.SE3) -> bool:
-    return not np.array_equal(placement.rotation, np.eye(3))
+    return bool((placement.rotation != _UNTURNED).any())
 
 
 def _shifted(placement: pin.SE3) -> bool:
-    return bool(np.any(placement.translation))
+    return bool(placement.translation.any())
 
 
 def read_structure(model: pin.Model) -> Structure:
