@@ -25,6 +25,7 @@ from posture_ik.body.laws import scale_of
 from posture_ik.body.scaling import region_of
 from posture_ik.body.spine import VISCERA
 from posture_ik.body.tables import numbers, table
+from posture_ik.kinematics import data_of
 
 #: Those with a motion of their own; the others carry the ends of the column, rigid on T10 and S1.
 SWINGING = tuple(name for name in VISCERA if name not in ("T10V", "S1V"))
@@ -75,10 +76,10 @@ class Person:
         """Places in the model's velocity of what is moved, and then of the coordinates."""
         return np.concatenate([*self.moved.values(), self.of_coordinates])
 
-    @cached_property
+    @property
     def data(self) -> pin.Data:
         """The model's work space; the next computation overwrites it."""
-        return self.model.createData()
+        return data_of(self.model)
 
     def configuration(self, q: Array) -> Array:
         """The model's configuration in a posture q (b,): the floor and the viscera at rest."""
