@@ -53,17 +53,19 @@ def joints(nodes: Mapping[str, Array], length: float) -> Iterator[Joint]:
 def _arm(side: str, shoulder: Array, length: float) -> Iterator[Joint]:
     mirror = np.ones(3) if side == "r" else _MIRROR
     hanging = pin.rpy.rpyToMatrix(*_HANGING)
+    grips = []
     for link, row in table("arm_frames").items():
         point = length * mirror * numbers(row, "x_m", "y_m", "z_m")
         R = np.array(numbers(row, *(f"r{i}{j}" for i in "123" for j in "123"))).reshape(3, 3)
+        mount, child = f"{link}_{side}_mount", f"{link}_{side}"
         if link == "grip":
             # a frame of the world's axes on either side, so turned alike, not mirrored
-            parent = f"hand_{side}"
+            rpy = vector(pin.rpy.matrixToRpy(R))
+            grips.append(Joint(mount, "fixed", f"hand_{side}", child, vector(point), rpy))
         else:
-            parent, point = "T2", shoulder + hanging @ point
-            R = hanging @ (R * np.outer(mirror, mirror))
-        rpy = vector(pin.rpy.matrixToRpy(R))
-        yield Joint(f"{link}_{side}_mount", "fixed", parent, f"{link}_{side}", vector(point), rpy)
+            rpy = vector(pin.rpy.matrixToRpy(hanging @ (R * np.outer(mirror, mirror))))
+            place = vector(shoulder + hanging @ point)
+            yield Joint(mount, "fixed", "T2", child, place, rpy)
     parent, rpy = "T2", _HANGING
     for name, row in table("arm_joints").items():
         point = length * mirror * numbers(row, "x_m", "y_m", "z_m")
@@ -74,6 +76,7 @@ def _arm(side: str, shoulder: Array, length: float) -> Iterator[Joint]:
         unit = vector(axis / np.linalg.norm(axis))
         yield Joint(f"{name}_{side}", "revolute", parent, child, xyz, rpy, unit)
         parent, rpy = child, ZERO
+    yield from grips
 
 
 def inertias(scale: Scale) -> dict[str, Inertia]:

@@ -14,7 +14,6 @@ from functools import cached_property
 from itertools import pairwise
 from typing import ClassVar
 from weakref import WeakKeyDictionary
-from xml.etree import ElementTree as ET
 
 import numpy as np
 import numpy.typing as npt
@@ -26,6 +25,7 @@ from posture_ik.body.laws import scale_of
 from posture_ik.body.scaling import region_of
 from posture_ik.body.spine import VISCERA
 from posture_ik.body.tables import numbers, table
+from posture_ik.kinematics import data_of
 
 #: Those with a motion of their own; the others carry the ends of the column, rigid on T10 and S1.
 SWINGING = tuple(name for name in VISCERA if name not in ("T10V", "S1V"))
@@ -76,10 +76,10 @@ class Person:
         """Places in the model's velocity of what is moved, and then of the coordinates."""
         return np.concatenate([*self.moved.values(), self.of_coordinates])
 
-    @cached_property
+    @property
     def data(self) -> pin.Data:
         """The model's work space; the next computation overwrites it."""
-        return self.model.createData()
+        return data_of(self.model)
 
     def configuration(self, q: Array) -> Array:
         """The model's configuration in a posture q (b,): the floor and the viscera at rest."""
@@ -157,25 +157,13 @@ def _lever_of(joint: str) -> str:
 
 
 def _viscera(body: Body) -> dict[str, pin.Inertia]:
-    """Inertia of each swinging viscus in its link, read where fixed joints have not merged it."""
-    weights = {}
-    for link in ET.fromstring(body.urdf).iterfind("link"):
-        name, inertial = link.get("name", ""), link.find("inertial")
-        if name not in SWINGING or inertial is None:
-            continue
-        mass, tensor, origin = (inertial.find(tag) for tag in ("mass", "inertia", "origin"))
-        if mass is None or tensor is None:
-            continue
-        place = {} if origin is None else origin.attrib
-        xyz, rpy = (
-            np.array(place.get(part, "0 0 0").split(), dtype=float) for part in ("xyz", "rpy")
-        )
-        xx, xy, xz, yy, yz, zz = (
-            float(tensor.get(entry, "0")) for entry in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-        )
-        about = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-        weight = pin.Inertia(float(mass.get("value", "0")), np.zeros(3), about)
-        weights[name] = pin.SE3(pin.rpy.rpyToMatrix(rpy), xyz).act(weight)
+    """Inertia of each swinging viscus in its link, kept by the fixed joint that merged it."""
+    weights, frames = {}, body.model.frames
+    for link in SWINGING:
+        if body.model.existFrame(link):
+            joint = frames[frames[body.model.getFrameId(link)].parentFrame]
+            if joint.type == pin.FrameType.FIXED_JOINT and joint.inertia.mass > 0.0:
+                weights[link] = joint.inertia
     return weights
 
 
