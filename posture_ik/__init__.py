@@ -32,6 +32,7 @@ from posture_ik.problem import (
     Hand,
     Head,
     Lever,
+    Measured,
     MotionBlock,
     Pelvis,
     PostureBlock,
@@ -41,6 +42,7 @@ from posture_ik.problem import (
     TrajectoryBlock,
     VibrationBlock,
     load_problem,
+    sample_people,
 )
 from posture_ik.vibration import (
     LinearSystem,
@@ -73,6 +75,7 @@ __all__ = [
     "Kinematics",
     "Lever",
     "LinearSystem",
+    "Measured",
     "Motion",
     "MotionBlock",
     "Muscles",
@@ -100,6 +103,7 @@ __all__ = [
     "move",
     "reach",
     "read_posture",
+    "sample_people",
     "show",
     "solve_activation",
     "solve_posture",

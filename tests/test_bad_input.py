@@ -28,6 +28,11 @@ def problem(text: str) -> Callable[[Path], list[str]]:
     return command
 
 
+def person(text: str) -> Callable[[Path], list[str]]:
+    """A run of a problem file with this subject."""
+    return problem(f"[subject]\n{text}\n{HEAD}")
+
+
 def changed(*settings: str, name: str = "reclined_15") -> Callable[[Path], list[str]]:
     """A run of an example with values set on the command line."""
 
@@ -97,6 +102,49 @@ BAD = {
     "weight is infinite": (changed("subject.weight=inf"), "subject.weight = inf"),
     "weight negative": (changed("subject.weight=-80"), "subject.weight = -80.*greater than 0"),
     "weight in grams": (changed("subject.weight=80000"), "body mass index.*45 to 178 kg"),
+    "weight in pounds": (
+        changed("subject.weight=198.4"),
+        r"did you mean 89\.99 kg\? 198\.4 fits as lb",
+    ),
+    "stature in inches": (changed("subject.stature=71"), r"did you mean 1\.803 m\? 71 fits as in"),
+    "stature in feet": (changed("subject.stature=5.9"), r"did you mean 1\.798 m\? 5\.9 fits as ft"),
+    "stature as weight": (changed("subject.weight=1.8"), r"weight 1\.8 kg.*is it the stature"),
+    "bmi beside weight": (changed("subject.bmi=25"), "bmi gives the weight too"),
+    "bmi of nobody": (person("bmi = 60"), "bmi = 60 must be a number between 14 and 55"),
+    "bmi of a giant": (person("bmi = 25\nstature = 180"), r"stature = 180.*did you mean 1\.8 m"),
+    "percentile beside stature": (
+        changed('subject.percentile="P5 female"'),
+        "percentile gives the gender too",
+    ),
+    "percentile of nobody": (
+        person('percentile = "5 % female"'),
+        "percentile = '5 % female' must be one from P1 to P99 and a gender, such as 'P5 female'",
+    ),
+    "percentile off the table": (person('percentile = "P99.9 male"'), "from P1 to P99"),
+    "scaling by no law": (
+        changed('subject.scaling="linear"'),
+        "subject.scaling = 'linear'.*'thesis' or 'anthropometric'",
+    ),
+    "measured misspelt": (
+        changed("subject.measured.siting_height=0.9"),
+        "subject.measured.siting_height is not a known key; did you mean 'sitting_height'",
+    ),
+    "measured in cm": (
+        changed("subject.measured.sitting_height=92"),
+        r"measured.sitting_height = 92 m; of this person.*did you mean 0\.92 m",
+    ),
+    "measured of a child": (
+        changed("subject.measured.forearm_length=0.18"),
+        r"measured.forearm_length = 0\.18 m; of this person it must lie between 0\.22",
+    ),
+    "measured contradict each other": (
+        changed("subject.measured.sitting_height=0.86", "subject.measured.cervicale_height=0.76"),
+        "of this person with what else is measured it must lie between",
+    ),
+    "arm of another": (
+        changed("subject.measured.arm_mass=9"),
+        r"measured.arm_mass = 9 kg; of a person of 80 kg it must lie between 2\.00 and 8\.00 kg",
+    ),
     "age of a child": (changed("subject.age=12"), "subject.age = 12.*greater than or equal to 18"),
     "gender misspelt": (
         changed('subject.gender="mal"'),

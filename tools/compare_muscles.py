@@ -20,7 +20,6 @@ from extract_muscles import DOUBTFUL, LEFT_OUT, MUSCLES
 from scipy.spatial.transform import Rotation
 
 from posture_ik.body import build_body
-from posture_ik.body.arms import ARM_STATURE
 from posture_ik.muscle import Paths
 from posture_ik.problem import Subject
 
@@ -118,7 +117,7 @@ def postures(paths: Paths, count: int = POSTURES) -> np.ndarray:
 def compare(moving: bool) -> tuple[np.ndarray, np.ndarray]:
     """Ours less theirs: lengths (postures, 25) and slopes (postures, 25, 7), m."""
     model, state = build()
-    body = build_body(Subject(stature=ARM_STATURE))
+    body = build_body(Subject())
     paths = Paths.of(body)
     lengths, slopes = [], []
     for angles in postures(paths):
@@ -126,8 +125,8 @@ def compare(moving: bool) -> tuple[np.ndarray, np.ndarray]:
         q[paths.rows[:7]] = angles
         ours = paths.evaluate(q)
         length, slope = theirs(model, state, angles, moving)
-        lengths.append(ours[0][:25] - length)
-        slopes.append(ours[1][:25, :7] - slope)
+        lengths.append(ours[0][:25] / paths.scale - length)
+        slopes.append(ours[1][:25, :7] / paths.scale - slope)
     return np.array(lengths), np.array(slopes)
 
 

@@ -17,7 +17,6 @@ import csv
 import numpy as np
 
 from posture_ik.body import build_body
-from posture_ik.body.arms import ARM_STATURE
 from posture_ik.body.tables import read_table
 from posture_ik.muscle.arm import DATA
 from posture_ik.muscle.path import Paths
@@ -38,14 +37,14 @@ def shift(low: float, high: float) -> float:
 
 def fitted() -> dict[str, float]:
     """Slack length of each tendon, m."""
-    body = build_body(Subject(stature=ARM_STATURE, weight=84.6))
+    body = build_body(Subject())
     paths = Paths.of(body)
     random = np.random.default_rng(1)
     lengths = []
     for _ in range(POSTURES):
         q = body.q_reference.copy()
         q[paths.rows] = random.uniform(paths.lower, paths.upper)
-        lengths.append(paths.evaluate(q)[0][:25])
+        lengths.append(paths.evaluate(q)[0][:25] / paths.scale)
     ends = np.quantile(lengths, [BEYOND, 1 - BEYOND], axis=0).T
     found = {}
     for (low, high), (name, row) in zip(

@@ -8,8 +8,9 @@ from math import radians
 
 from posture_ik.arrays import Array
 from posture_ik.body import arms, spine
+from posture_ik.body.laws import scale_of
 from posture_ik.body.parts import Inertia, Joint
-from posture_ik.body.scaling import Scale
+from posture_ik.body.scaling import REFERENCE, Scale, region_of_joint
 from posture_ik.body.tables import table
 from posture_ik.problem import Subject
 
@@ -52,7 +53,7 @@ class BodyGeometry:
     @classmethod
     def of(cls, subject: Subject) -> BodyGeometry:
         """The body of a subject."""
-        scale = Scale.of(subject)
+        scale = scale_of(subject)
         nodes = spine.nodes(scale)
         stiffness, damping = _springs(scale)
         ranges = {dof: _range(dof, scale) for dof in DOFS}
@@ -62,10 +63,10 @@ class BodyGeometry:
             nodes,
             (
                 *spine.joints(nodes),
-                *arms.joints(nodes, subject.stature),
-                *_legs(subject.stature),
+                *arms.joints(nodes, arms.size(scale)),
+                *_legs(scale.stature * REFERENCE.stature),
             ),
-            spine.inertias(scale) | arms.inertias(scale, subject.stature),
+            spine.inertias(scale) | arms.inertias(scale),
             {dof: low for dof, (low, _) in ranges.items()},
             {dof: high for dof, (_, high) in ranges.items()},
             stiffness,
@@ -90,8 +91,9 @@ def _springs(scale: Scale) -> tuple[dict[str, float], dict[str, float]]:
             else:
                 k = table("table_11_stiffness")[joint][f"k{i}{i}_N_{per}"]
                 c = table("table_10_damping")[joint][f"c{i}{i}_N_{per_speed}"]
-            stiffness[dof] = float(k) * scale.stiffness(component)
-            damping[dof] = float(c) * scale.stiffness(component)
+            region = region_of_joint(joint)
+            stiffness[dof] = float(k) * scale.stiffness(region, component)
+            damping[dof] = float(c) * scale.damping(region, component)
     for dof in DOFS:
         if dof not in stiffness:
             stiffness[dof] = float(table("arm_springs")[dof[:-2]]["stiffness_N_m_rad"])
@@ -100,11 +102,11 @@ def _springs(scale: Scale) -> tuple[dict[str, float], dict[str, float]]:
 
 
 def _range(dof: str, scale: Scale) -> tuple[float, float]:
-    """Limits of a degree of freedom, m (grown with the spine's height) or rad."""
+    """Limits of a degree of freedom, m (grown with the spine's height there) or rad."""
     rows = table("joint_ranges")
     row = rows[dof] if dof in rows else rows[dof[:-2]]
     if row["lower_mm"]:
-        per_mm = 1e-3 * scale.length[2]
+        per_mm = 1e-3 * scale.length[region_of_joint(dof)][2]
         return per_mm * float(row["lower_mm"]), per_mm * float(row["upper_mm"])
     return radians(float(row["lower_deg"])), radians(float(row["upper_deg"]))
 

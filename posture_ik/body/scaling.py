@@ -1,83 +1,135 @@
-"""From the reference subject to any other.
+"""What a law of scaling gives: a subject over the reference subject, region by region.
 
 The tables describe the reference subject: male, 30 years, 1.80 m, 80 kg. Another subject is that
-one stretched, by λz along z and by λx = λy across it, with density and elastic modulus unchanged
-(§5.1):
+one stretched: each region of the trunk by λx in depth, λy in breadth and λz in height. By the
+reasoning of eq 57, with E the elastic modulus, A the section's area, I its second moments, J the
+polar one and L the height between vertebrae:
 
-    λz = stature / 1.80 m          λx = λy = √((weight / 80 kg) / λz)
+    axial            E A / L       [N/m]      e λx λy / λz
+    bending about x  E ∫y² dA / L  [N m/rad]  e λx λy³ / λz
+    bending about y  E ∫x² dA / L  [N m/rad]  e λx³ λy / λz
+    torsion          G J / L       [N m/rad]  e (λx³ λy + λx λy³) / (2 λz)
 
-so that volume, and with it every mass, grows as weight / 80 kg. By the reasoning of eq 57, with A
-the section's area, I its second moments, J the polar one and L the height between vertebrae:
+with e the modulus over the reference subject's. Damping (N s/m and N m s/rad) scales likewise by a
+viscous modulus of its own. Masses scale by a factor for each region, their offsets by the λ's, and
+inertias (kg m²) as mass times length times length. A body grown alike in all directions by f, of
+the same tissue, then has masses f³, axial springs f, bending and torsion f³ and inertias f⁵ as
+large.
 
-    axial            E A / L       λx λy / λz
-    bending about x  E ∫y² dA / L  λx λy³ / λz
-    bending about y  E ∫x² dA / L  λx³ λy / λz
-    torsion          G J / L       (λx³ λy + λx λy³) / (2 λz)
-
-Damping scales as the stiffness beside it, the buttocks as the spine. Age and gender change nothing
-yet: the source ties them to the shape of the rib cage (eq 55), which its tables do not give.
+The spine's axis is one smooth curve: heights grow by λz within each region, and the slope of what
+they grow by changes gradually from one region to the next.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.interpolate import PchipInterpolator
 
 from posture_ik.arrays import Array
-from posture_ik.body.parts import Inertia
+from posture_ik.body.parts import Inertia, Vector
 from posture_ik.problem import Subject
 
 REFERENCE = Subject(gender="male", age=30.0, weight=80.0, stature=1.80)
+#: Height at which each region of the trunk ends in the reference subject, m (table 8): halfway
+#: between its last vertebra and the next, the last one at the head's node.
+REGIONS = {
+    "pelvis": 0.12508,
+    "lumbar": 0.26255,
+    "thoracic": 0.60785,
+    "cervical": 0.69528,
+    "head": 0.75375,
+}
 
 
 @dataclass(frozen=True)
 class Scale:
-    """A subject over the reference subject.
+    """A subject over the reference subject: all factors are 1 for the reference subject.
 
     Attributes:
-        length: (λx, λy, λz).
-        mass: Factor on every mass.
+        length: (λx, λy, λz) of each of `REGIONS`: depth, breadth and height.
+        curve: On how far the spine's axis swings forward and back.
+        shoulders: (λy, λz) of the shoulders' centres: half their distance, and their height.
+        arm: On all lengths of the arms.
+        stature: On the legs and whatever else is drawn.
+        mass: On the masses of each of `REGIONS`, and of the `arm`.
+        modulus: Elastic modulus of spine, buttocks and viscera.
+        viscosity: Their viscous modulus.
     """
 
-    length: tuple[float, float, float]
-    mass: float
+    length: Mapping[str, Vector]
+    curve: float
+    shoulders: tuple[float, float]
+    arm: float
+    stature: float
+    mass: Mapping[str, float]
+    modulus: float = 1.0
+    viscosity: float = 1.0
 
     @classmethod
-    def of(cls, subject: Subject) -> Scale:
-        """The factors of a subject."""
-        mass = subject.weight / REFERENCE.weight
-        z = subject.stature / REFERENCE.stature
-        across = float(np.sqrt(mass / z))
-        return cls((across, across, z), mass)
+    def alike(cls, length: Vector, mass: float, modulus: float = 1.0) -> Scale:
+        """One stretch (λx, λy, λz) and one factor on mass for all of the body."""
+        x, y, z = length
+        regions = dict.fromkeys(REGIONS, length)
+        masses = dict.fromkeys((*REGIONS, "arm"), mass)
+        return cls(regions, x, (y, z), z, z, masses, modulus, modulus)
 
-    def point(self, point: Array) -> Array:
-        """A point or offset (3,) of the reference subject, moved to this one's."""
-        return np.asarray(point) * self.length
+    def heights(self, z: Array) -> Array:
+        """Heights above the seat (n,), m, of the reference subject, moved to this one's."""
+        ends = np.array([0.0, *REGIONS.values()])
+        growth = [self.length[region][2] - 1.0 for region in REGIONS]
+        risen = np.array([0.0, *np.cumsum(growth * np.diff(ends))])
+        return np.asarray(z + PchipInterpolator(ends, risen)(z))
 
-    def inertia(self, inertia: Inertia) -> Inertia:
-        """An inertia of the reference subject stretched with its body.
+    def inertia(self, inertia: Inertia, region: str) -> Inertia:
+        """An inertia of the reference subject stretched with its region.
 
         Its second moments of mass, S = ½ tr(I) 1 − I, scale as mass times length times length.
         Seven of table 9's tensors are no body's: one moment exceeds the sum of the other two, and
         S has a negative part that a stretch would bring out. They scale by the mean square length.
         """
+        length, mass = self.length[region], self.mass[region]
         tensor = np.asarray(inertia.tensor)
         moments = np.trace(tensor) / 2 * np.eye(3) - tensor
         if np.linalg.eigvalsh(moments)[0] < 0.0:
-            scaled = tensor * np.mean(np.square(self.length))
+            scaled = tensor * np.mean(np.square(length))
         else:
-            moments = moments * np.outer(self.length, self.length)
+            moments = moments * np.outer(length, length)
             scaled = np.trace(moments) * np.eye(3) - moments
-        centre = self.point(inertia.centre)
-        return Inertia(self.mass * inertia.mass, centre, self.mass * scaled)
+        return Inertia(mass * inertia.mass, np.asarray(inertia.centre) * length, mass * scaled)
 
-    def stiffness(self, component: str) -> float:
-        """Factor on the stiffness and damping of a spine joint's `axial`, `rx`, `ry` or `rz`."""
-        x, y, z = self.length
+    def stiffness(self, region: str, component: str) -> float:
+        """Factor on the stiffness of a region's `axial`, `rx`, `ry` or `rz` springs."""
+        return self.modulus * self._section(region, component)
+
+    def damping(self, region: str, component: str) -> float:
+        """Factor on the damping of a region's `axial`, `rx`, `ry` or `rz` dampers."""
+        return self.viscosity * self._section(region, component)
+
+    def _section(self, region: str, component: str) -> float:
+        x, y, z = self.length[region]
         return {
             "axial": x * y / z,
             "rx": x * y**3 / z,
             "ry": x**3 * y / z,
             "rz": (x**3 * y + x * y**3) / (2 * z),
         }[component]
+
+
+def region_of(body: str) -> str:
+    """The region that a node or link of the trunk belongs to; the viscera are the lumbar's."""
+    if body == "Head":
+        return "head"
+    if body.startswith(("butt", "S1")):
+        return "pelvis"
+    if body.endswith("V"):
+        return "lumbar"
+    return {"C": "cervical", "T": "thoracic", "L": "lumbar"}[body[0]]
+
+
+def region_of_joint(joint: str) -> str:
+    """The region whose section a spine joint has: that of its upper body, for the head the neck."""
+    upper = joint.split("_")[0]
+    return "cervical" if upper == "Head" else region_of(upper)

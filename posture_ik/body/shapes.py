@@ -14,7 +14,9 @@ import numpy as np
 from posture_ik.arrays import Array
 from posture_ik.body import bones, flesh
 from posture_ik.body.arms import ARM_STATURE
-from posture_ik.body.parts import ZERO, Vector, vector
+from posture_ik.body.arms import size as arm_size
+from posture_ik.body.parts import ZERO, vector
+from posture_ik.body.scaling import Scale
 from posture_ik.body.solids import Mesh, mirrored, write_obj
 from posture_ik.body.urdf import Visual
 from posture_ik.problem import SPINE
@@ -87,22 +89,23 @@ def write_meshes(folder: Path) -> None:
         write_obj(shape, folder / f"{name}.obj")
 
 
-def visuals(nodes: Mapping[str, Array], length: Vector) -> list[Visual]:
+def visuals(nodes: Mapping[str, Array], scale: Scale) -> list[Visual]:
     """Stand the forms on the links of a body.
 
     Args:
         nodes: place of every spine body in the reference shape, (3,), m; axes of its link are
             parallel to the world's there.
-        length: (λx, λy, λz) of the subject over the reference subject: bones grow with stature,
-            flesh and ribs across as the body does.
+        scale: The subject over the reference subject: bones grow with stature, ribs with the
+            chest's height, they and flesh across with its depth, arms with their own length.
     """
-    girth, height = length[0], length[2]
+    girth, _, chest = scale.length["thoracic"]
+    height = scale.stature
     return [
         Visual("Head", _mesh("head"), (height,) * 3, rgba=FLESH),
         *_spine(nodes, height),
-        *_chest(nodes, girth, height),
+        *_chest(nodes, girth, chest),
         *_legs(girth, height),
-        *_arms(girth, height),
+        *_arms(girth, arm_size(scale)),
     ]
 
 
@@ -188,10 +191,10 @@ def _legs(girth: float, height: float) -> Iterator[Visual]:
         yield Visual(f"foot_{side}", _mesh("foot"), (height,) * 3, rgba=FLESH)
 
 
-def _arms(girth: float, height: float) -> Iterator[Visual]:
+def _arms(girth: float, size: float) -> Iterator[Visual]:
     """Bones and flesh of both arms, with the shoulders."""
-    size = height * STATURE / ARM_STATURE
-    stout = (size * girth / height, size, size * girth / height)
+    across = girth * STATURE / ARM_STATURE
+    stout = (across, size, across)
     for side in ("r", "l"):
         for link, form, scale, colour in (
             ("clavicle", "clavicle", (size,) * 3, BONE),

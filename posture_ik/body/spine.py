@@ -9,7 +9,7 @@ import numpy as np
 
 from posture_ik.arrays import Array
 from posture_ik.body.parts import Inertia, Joint, X, Y, Z, vector
-from posture_ik.body.scaling import Scale
+from posture_ik.body.scaling import Scale, region_of
 from posture_ik.body.tables import numbers, table
 from posture_ik.problem import SPINE
 
@@ -26,11 +26,24 @@ VISCERA = tuple(f"{body}V" for body in SPINE[SPINE.index("T10") :: -1])[::-1]
 
 
 def nodes(scale: Scale) -> dict[str, Array]:
-    """The points of table 8, each (3,), m, of a scaled subject in the reference shape."""
-    return {
-        name: scale.point(np.array(numbers(row, "x_m", "y_m", "z_m")))
-        for name, row in table("table_8_nodes").items()
-    }
+    """The points of table 8, each (3,), m, of a scaled subject in the reference shape.
+
+    The spine's axis swings by `scale.curve`; viscera keep their depth ahead of their vertebra, and
+    shoulders stand to T1, at whose height they are in the table, as the subject's do.
+    """
+    rows = table("table_8_nodes")
+    places = np.array([numbers(row, "x_m", "y_m", "z_m") for row in rows.values()])
+    points = places * (scale.curve, 1.0, 1.0)
+    points[:, 2] = scale.heights(places[:, 2])
+    at = dict(zip(rows, places, strict=True))
+    found = dict(zip(rows, points, strict=True))
+    for viscus in VISCERA:
+        vertebra = viscus.removesuffix("V")
+        ahead = at[viscus][0] - at[vertebra][0]
+        found[viscus][0] = found[vertebra][0] + scale.length[region_of(viscus)][0] * ahead
+    for arm in ("L_arm", "R_arm"):
+        found[arm][1:] = at[arm][1:] * np.array(scale.shoulders)
+    return found
 
 
 def inertias(scale: Scale) -> dict[str, Inertia]:
@@ -41,7 +54,8 @@ def inertias(scale: Scale) -> dict[str, Inertia]:
                 float(row["mass_kg"]),
                 np.array(numbers(row, "offset_x_m", "offset_y_m", "offset_z_m")),
                 np.diag(numbers(row, "ixx_kg_m2", "iyy_kg_m2", "izz_kg_m2")),
-            )
+            ),
+            region_of(name),
         )
         for name, row in table("table_9_masses").items()
         if name not in ("L_arm", "R_arm") and float(row["mass_kg"]) > 0.0

@@ -9,6 +9,7 @@ from pathlib import Path
 _DATA = Path(__file__).resolve().parent / "data"
 
 
+@cache
 def table(name: str) -> dict[str, dict[str, str]]:
     """One of the body's tables, by name."""
     return read_table(_DATA / f"{name}.csv")

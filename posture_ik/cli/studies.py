@@ -9,15 +9,19 @@ import typer
 from posture_ik.cli.terminal import (
     Json,
     Output,
+    Overrides,
     app,
     out,
     print_records,
     telling,
     written,
 )
+from posture_ik.errors import BadProblem
 from posture_ik.exchange import write_identification
 from posture_ik.reference import compare as compare_with_source
 from posture_ik.show.comparison import comparison, identification, write_comparison
+from posture_ik.show.validation_report import validation_summary, write_validation_report
+from posture_ik.validation import validate as run_validation
 from posture_ik.vibration.identify import Parameters
 from posture_ik.vibration.identify import identify as search
 
@@ -52,3 +56,28 @@ def identify(
         print_records([found])
     else:
         out.print(identification(found))
+
+
+@app.command()
+def validate(
+    against: Annotated[str, typer.Argument(metavar="DATA", help="Only toward_griffin so far.")],
+    output: Output = None,
+    set_: Overrides = None,
+    as_json: Json = False,
+) -> None:
+    """Run the published subjects and seats; with -o write a page of charts."""
+    if against != "toward_griffin":
+        raise BadProblem(f"validate {against}", "no such data; valid is toward_griffin")
+    with written(output) as folder, telling(quiet=as_json) as tell:
+        results = run_validation(
+            tuple(set_ or ()), lambda done, of: tell(f"validating: {done} of {of} rows")
+        )
+        if folder:
+            write_validation_report(results, folder / "validation.html")
+    if as_json:
+        print_records([result.record() for result in results])
+        return
+    for table in validation_summary(results):
+        out.print(table)
+    if output is not None:
+        out.print(f"Open [bold]{output / 'validation.html'}[/].")

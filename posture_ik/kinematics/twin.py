@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from threading import local
 from typing import ClassVar
 from weakref import WeakKeyDictionary
 
@@ -48,12 +49,15 @@ class Structure:
     frames: tuple[tuple[str, int, bool, bool], ...]
 
 
+_UNTURNED = np.eye(3)
+
+
 def _turned(placement: pin.SE3) -> bool:
-    return not np.array_equal(placement.rotation, np.eye(3))
+    return bool((placement.rotation != _UNTURNED).any())
 
 
 def _shifted(placement: pin.SE3) -> bool:
-    return bool(np.any(placement.translation))
+    return bool(placement.translation.any())
 
 
 def read_structure(model: pin.Model) -> Structure:
@@ -277,16 +281,26 @@ class Kinematics:
         return matrix
 
 
-# Slow enough to make to be worth keeping.
-_data: WeakKeyDictionary[pin.Model, pin.Data] = WeakKeyDictionary()
+class _Spaces(local):
+    """Work spaces of one thread: tens of megabytes each, so that many models have to share."""
+
+    def __init__(self) -> None:
+        self.by_structure: dict[Structure, pin.Data] = {}
+        self.by_model: WeakKeyDictionary[pin.Model, pin.Data] = WeakKeyDictionary()
+
+
+_spaces = _Spaces()
 _weightless: WeakKeyDictionary[pin.Model, pin.Model] = WeakKeyDictionary()
 
 
 def data_of(model: pin.Model) -> pin.Data:
-    """The one work space of a model; the next computation overwrites it."""
-    if model not in _data:
-        _data[model] = model.createData()
-    return _data[model]
+    """This thread's one work space for models of this structure; the next use overwrites it."""
+    if model not in _spaces.by_model:
+        structure = read_structure(model)
+        if structure not in _spaces.by_structure:
+            _spaces.by_structure[structure] = model.createData()
+        _spaces.by_model[model] = _spaces.by_structure[structure]
+    return _spaces.by_model[model]
 
 
 def weightless(model: pin.Model) -> pin.Model:

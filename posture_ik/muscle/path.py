@@ -1,6 +1,6 @@
 """How long the muscles of a body's arms are, and how that changes as its joints turn.
 
-A body's arms are the reference arm grown by stature / `ARM_STATURE`, the left one mirrored, so
+A body's arms are the reference arm grown in all directions alike, the left one mirrored, so
 that both sides are one graph, evaluated at the angles of each: lengths and slopes grow alike.
 """
 
@@ -18,7 +18,8 @@ import numpy.typing as npt
 
 from posture_ik.arrays import Array
 from posture_ik.body import Body
-from posture_ik.body.arms import ARM_JOINTS, ARM_STATURE, SIDES
+from posture_ik.body.arms import ARM_JOINTS, SIDES, size
+from posture_ik.body.laws import scale_of
 from posture_ik.body.tables import numbers, read_table
 from posture_ik.errors import PostureIKError
 from posture_ik.kinematics import frame_poses
@@ -78,7 +79,7 @@ class Paths:
         degrees = [numbers(ranges[joint], "lower_deg", "upper_deg") for joint in ARM_JOINTS]
         lower, upper = np.tile(np.radians(degrees), (len(SIDES), 1)).T
         rows = np.array([body.dofs.index(dof) for dof in ARM_DOFS])
-        paths = cls(body, ARM_DOFS, rows, body.subject.stature / ARM_STATURE, lower, upper)
+        paths = cls(body, ARM_DOFS, rows, size(scale_of(body.subject)), lower, upper)
         paths._check_fit()
         return paths
 

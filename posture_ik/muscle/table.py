@@ -1,6 +1,6 @@
 """What the 50 muscles of both arms are: their forces and lengths, in a body's size.
 
-The values are those of a man of median size, whose arm has the length of `ARM_STATURE`. Fibres and
+The values are those of a man of median size, whose arm is that of `ARM_STATURE`. Fibres and
 tendons grow with the arm. Muscle volume grows as mass times stature (Handsfield et al. 2014), so
 that the cross-section, volume over fibre length, and the peak force with it grow as mass.
 
@@ -17,7 +17,8 @@ import numpy as np
 
 from posture_ik.arrays import Array
 from posture_ik.body import Body
-from posture_ik.body.arms import ARM_STATURE, SIDES
+from posture_ik.body.arms import SIDES, size
+from posture_ik.body.laws import scale_of
 from posture_ik.body.tables import read_table
 from posture_ik.muscle.arm import DATA
 from posture_ik.muscle.path import require_arms
@@ -61,7 +62,7 @@ class Muscles:
         """
         require_arms(body)
         rows = read_table(DATA / "arm_muscles.csv")
-        length = body.subject.stature / ARM_STATURE
+        length = size(scale_of(body.subject))
 
         def column(name: str) -> Array:
             return np.tile([float(row[name]) for row in rows.values()], len(SIDES))

@@ -9,11 +9,11 @@ from posture_ik.problem.blocks import (
     Problem,
     RigidBack,
     Seat,
-    Subject,
 )
 from posture_ik.problem.load import example_problems, load_problem
 from posture_ik.problem.paths import number_at, with_numbers
 from posture_ik.problem.stages import ActivationBlock, MotionBlock, PostureBlock, TrajectoryBlock
+from posture_ik.problem.subject import Measured, Subject, sample_people
 from posture_ik.problem.tasks import (
     COMPONENTS,
     SPINE,
@@ -47,6 +47,7 @@ __all__ = [
     "LawBack",
     "Layer",
     "Lever",
+    "Measured",
     "MotionBlock",
     "Pelvis",
     "PostureBlock",
@@ -60,6 +61,7 @@ __all__ = [
     "example_problems",
     "load_problem",
     "number_at",
+    "sample_people",
     "task_label",
     "with_numbers",
 ]

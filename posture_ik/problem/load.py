@@ -16,7 +16,6 @@ from posture_ik.problem.blocks import (
     Problem,
     RigidBack,
     Seat,
-    Subject,
 )
 from posture_ik.problem.stages import (
     ActivationBlock,
@@ -25,6 +24,7 @@ from posture_ik.problem.stages import (
     Reflex,
     TrajectoryBlock,
 )
+from posture_ik.problem.subject import Measured, Subject
 from posture_ik.problem.tasks import (
     Backrest,
     BackrestContact,
@@ -164,6 +164,7 @@ _TASKS: dict[str, type[Block]] = {
 _BACKS: dict[str, type[Block]] = {"rigid": RigidBack, "foam": FoamBack}
 _BLOCKS: dict[str, type[Block]] = {
     "subject": Subject,
+    "measured": Measured,
     "seat": Seat,
     "posture": PostureBlock,
     "looking": Gaze,

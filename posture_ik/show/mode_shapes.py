@@ -11,7 +11,7 @@ import numpy as np
 import pinocchio as pin
 
 from posture_ik.arrays import Array
-from posture_ik.body.scaling import Scale
+from posture_ik.body.laws import scale_of
 from posture_ik.body.spine import inertias
 from posture_ik.muscle import Activity
 from posture_ik.problem import SPINE, FoamBack, LawBack, RigidBack
@@ -91,7 +91,7 @@ def draw_viscera(visualizer: meshcat.Visualizer, vibration: Vibration) -> None:
 
 def _viscera(vibration: Vibration) -> dict[str, float]:
     """Mass of each viscus that has a motion of its own, kg."""
-    of = inertias(Scale.of(vibration.posture.body.subject))
+    of = inertias(scale_of(vibration.posture.body.subject))
     own = {name.replace(" ", "_").rpartition("_")[0] for name in vibration.system.coordinates}
     return {name: of[name].mass for name in of if name in own and name not in SPINE}
 

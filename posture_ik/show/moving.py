@@ -11,7 +11,7 @@ import numpy.typing as npt
 import pinocchio as pin
 
 from posture_ik.arrays import Array
-from posture_ik.body.scaling import Scale
+from posture_ik.body.laws import scale_of
 from posture_ik.kinematics import frame_poses
 from posture_ik.posture import Posture, Wrench
 from posture_ik.problem import SPINE
@@ -151,7 +151,8 @@ def _placed(
 def backrest_of(posture: Posture) -> pin.SE3:
     """Where the backrest stands that touches the back."""
     body = posture.body
-    reference, girth = frame_poses(body.model, body.q_reference), Scale.of(body.subject).length[0]
+    reference = frame_poses(body.model, body.q_reference)
+    girth = scale_of(body.subject).length["thoracic"][0]
     return leaning(posture, back_of(skin(reference, posture.frames, girth), reference, girth))
 
 
@@ -182,7 +183,7 @@ def riding(posture: Posture, paths: Sequence[str]) -> dict[str, Any]:
     """How the skin rides on the vertebrae, for the page to carry it along."""
     body = posture.body
     reference = frame_poses(body.model, body.q_reference)
-    rest, lower, share = ride(reference, Scale.of(body.subject).length[0])
+    rest, lower, share = ride(reference, scale_of(body.subject).length["thoracic"][0])
     return {
         "rest": packed(rest.vertices),
         "lower": packed(lower, "u1"),

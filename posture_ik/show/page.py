@@ -20,7 +20,7 @@ from meshcat.servers.zmqserver import VIEWER_ROOT, ZMQWebSocketBridge
 from scipy.spatial import ConvexHull
 
 from posture_ik.arrays import Array
-from posture_ik.body.scaling import Scale
+from posture_ik.body.laws import scale_of
 from posture_ik.errors import PostureIKError
 from posture_ik.files import whole_file
 from posture_ik.kinematics import frame_poses
@@ -280,7 +280,7 @@ def _data(
 
 def _outline(posture: Posture, more: list[Array]) -> Array:
     """Points (k, 3) that a view must hold: around every link now and at rest, seat and floor."""
-    size = Scale.of(posture.body.subject).length[2]
+    size = scale_of(posture.body.subject).stature
     reference = frame_poses(posture.body.model, posture.body.q_reference)
     links = [pose.translation for pose in (*posture.frames.values(), *reference.values())]
     around = 0.10 * size * np.vstack([np.eye(3), -np.eye(3)])

@@ -15,7 +15,7 @@ import numpy as np
 import pinocchio as pin
 
 from posture_ik.arrays import Array
-from posture_ik.body.scaling import Scale
+from posture_ik.body.laws import scale_of
 from posture_ik.body.solids import mesh, plate, tube
 from posture_ik.kinematics import frame_poses
 from posture_ik.posture import Posture, Wrench
@@ -60,14 +60,15 @@ def draw(
     now, reference = posture.frames, frame_poses(body.model, body.q_reference)
     looks = looks_of(body)
     parts = parts_of(posture, {look.link for look in looks})
-    scale = Scale.of(body.subject)
-    trunk = skin(reference, now, scale.length[0])
+    scale = scale_of(body.subject)
+    girth = scale.length["thoracic"][0]
+    trunk = skin(reference, now, girth)
     _studio(visualizer)
     _person(visualizer["person"], looks, now, parts)
     _ghost(visualizer["ghost"], looks, reference)
     _glass(visualizer["skin"], g.TriangularMeshGeometry(*trunk), _SKIN, 0.22)
-    back = back_of(trunk, reference, scale.length[0])
-    _seat(visualizer["seat"], leaning(posture, back), scale.length[2])
+    back = back_of(trunk, reference, girth)
+    _seat(visualizer["seat"], leaning(posture, back), scale.stature)
     _floor(visualizer["floor"], floor_height(posture))
     wrenches = acting(posture) if wrenches is None else wrenches
     for arrow in arrows(wrenches):
@@ -89,7 +90,7 @@ def handles_of(posture: Posture) -> dict[str, pin.SE3]:
 def floor_height(posture: Posture) -> float:
     """Where the floor lies, under the soles, m; for a body without feet 0.45 m below the seat."""
     foot = posture.frames.get("foot_r")
-    size = Scale.of(posture.body.subject).length[2]
+    size = scale_of(posture.body.subject).stature
     return size * -0.45 if foot is None else float(foot.translation[2]) - size * _SOLE
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import scipy.linalg
 
 from posture_ik.arrays import Array
-from posture_ik.body.scaling import REFERENCE
+from posture_ik.body.scaling import REFERENCE, Scale
 from posture_ik.errors import PostureIKError, nearest
 from posture_ik.posture import Posture
 from posture_ik.problem import COMPONENTS, SPINE, Cushion, FoamBack, LawBack, RigidBack, Subject
@@ -51,6 +51,7 @@ def build_finite_element(
     posture: Posture | None = None,
     frames: Sequence[str] = ("Head", "S1"),
     discs: Sequence[str] = (),
+    scale: Scale | None = None,
 ) -> LinearSystem:
     """The finite-element model of a seated person.
 
@@ -65,6 +66,7 @@ def build_finite_element(
         frames: vertebrae, viscera and `Head`, whose position, velocity and acceleration are
             outputs, along the world's axes (`Head z`, `Head acceleration z`).
         discs: joints, such as `L4_L5`, whose strains and forces are outputs.
+        scale: in place of what the subject's law gives.
 
     Returns:
         A system whose coordinates are `Head x` to `S1 rz` (each body's motion at its node, in the
@@ -86,7 +88,7 @@ def build_finite_element(
         PostureIKError: there is no such frame or disc, the posture's body lacks a vertebra, or the
             backrest does not bear its preload (`at_preload`).
     """
-    elements = spine_elements(subject, recline, backrest, cushion, values, factors, posture)
+    elements = spine_elements(subject, recline, backrest, cushion, values, factors, posture, scale)
     coordinates = tuple(
         f"{node.name} {COMPONENTS[component]}" for node in elements.nodes for component in node.free
     )

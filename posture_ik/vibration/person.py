@@ -14,7 +14,6 @@ from functools import cached_property
 from itertools import pairwise
 from typing import ClassVar
 from weakref import WeakKeyDictionary
-from xml.etree import ElementTree as ET
 
 import numpy as np
 import numpy.typing as npt
@@ -22,9 +21,11 @@ import pinocchio as pin
 
 from posture_ik.arrays import Array
 from posture_ik.body import Body
-from posture_ik.body.scaling import Scale
+from posture_ik.body.laws import scale_of
+from posture_ik.body.scaling import region_of
 from posture_ik.body.spine import VISCERA
 from posture_ik.body.tables import numbers, table
+from posture_ik.kinematics import data_of
 from posture_ik.vibration.spine_elements import LOOSE, TIE_DAMPING_TIME, OpenValues
 
 MOTIONS = ("x", "y", "z", "rx", "ry", "rz")
@@ -74,10 +75,10 @@ class Person:
         """Places in the model's velocity of what is moved, and then of the coordinates."""
         return np.concatenate([*self.moved.values(), self.of_coordinates])
 
-    @cached_property
+    @property
     def data(self) -> pin.Data:
         """The model's work space; the next computation overwrites it."""
-        return self.model.createData()
+        return data_of(self.model)
 
     def configuration(self, q: Array) -> Array:
         """The model's configuration in a posture q (b,): the floor and the viscera at rest."""
@@ -136,7 +137,8 @@ def _person(body: Body) -> Person:
     place_of = {name: model.joints[i].idx_v for i, name in enumerate(model.names) if i}
     values = OpenValues.identified("multibody")
     tie = {"x": values.visceral_x, "z": values.visceral_z}
-    tied = np.array([tie[name[-1]] for name in swinging]) * _axial_scale(body)
+    ties = np.array([tie[name[-1]] for name in swinging])
+    stiffer, damper = _axial_scale(body)
     coordinates = (*body.dofs, *swinging)
     return Person(
         model,
@@ -144,8 +146,8 @@ def _person(body: Body) -> Person:
         coordinates,
         np.array([place_of[name] for name in body.dofs]),
         np.array([place_of[name] for name in coordinates]),
-        np.concatenate([body.stiffness, tied]),
-        np.concatenate([body.damping, TIE_DAMPING_TIME * tied]),
+        np.concatenate([body.stiffness, stiffer * ties]),
+        np.concatenate([body.damping, damper * TIE_DAMPING_TIME * ties]),
         tuple(_column(body, values.column_top)),
     )
 
@@ -155,36 +157,26 @@ def _lever_of(joint: str) -> str:
 
 
 def _viscera(body: Body) -> dict[str, pin.Inertia]:
-    """Inertia of each swinging viscus in its link, read where fixed joints have not merged it."""
-    weights = {}
-    for link in ET.fromstring(body.urdf).iterfind("link"):
-        name, inertial = link.get("name", ""), link.find("inertial")
-        if name not in LOOSE or inertial is None:
-            continue
-        mass, tensor, origin = (inertial.find(tag) for tag in ("mass", "inertia", "origin"))
-        if mass is None or tensor is None:
-            continue
-        place = {} if origin is None else origin.attrib
-        xyz, rpy = (
-            np.array(place.get(part, "0 0 0").split(), dtype=float) for part in ("xyz", "rpy")
-        )
-        xx, xy, xz, yy, yz, zz = (
-            float(tensor.get(entry, "0")) for entry in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-        )
-        about = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-        weight = pin.Inertia(float(mass.get("value", "0")), np.zeros(3), about)
-        weights[name] = pin.SE3(pin.rpy.rpyToMatrix(rpy), xyz).act(weight)
+    """Inertia of each swinging viscus in its link, kept by the fixed joint that merged it."""
+    weights, frames = {}, body.model.frames
+    for link in LOOSE[::-1]:
+        if body.model.existFrame(link):
+            joint = frames[frames[body.model.getFrameId(link)].parentFrame]
+            if joint.type == pin.FrameType.FIXED_JOINT and joint.inertia.mass > 0.0:
+                weights[link] = joint.inertia
     return weights
 
 
 def _column(body: Body, top: float) -> Iterator[tuple[str, str, float, float]]:
-    scale = _axial_scale(body)
+    stiffer, damper = _axial_scale(body)
     for upper, lower in pairwise(reversed(VISCERA)):
         if body.model.existFrame(upper) and body.model.existFrame(lower):
             k, c = numbers(table("table_12_viscera")[f"{upper}_{lower}"], "k33_N_m", "c33_N_s_m")
-            share = scale * (top if upper == VISCERA[-1] else 1.0)
-            yield upper, lower, share * k, share * c
+            share = top if upper == VISCERA[-1] else 1.0
+            yield upper, lower, share * stiffer * k, share * damper * c
 
 
-def _axial_scale(body: Body) -> float:
-    return Scale.of(body.subject).stiffness("axial")
+def _axial_scale(body: Body) -> tuple[float, float]:
+    """Factors on the stiffness and the damping of the viscera's springs."""
+    scale, region = scale_of(body.subject), region_of(VISCERA[0])
+    return scale.stiffness(region, "axial"), scale.damping(region, "axial")

@@ -20,7 +20,8 @@ from typing import Literal, NamedTuple, Self
 import numpy as np
 
 from posture_ik.arrays import Array
-from posture_ik.body.scaling import Scale
+from posture_ik.body.laws import scale_of
+from posture_ik.body.scaling import Scale, region_of, region_of_joint
 from posture_ik.body.spine import VISCERA, inertias, nodes
 from posture_ik.body.tables import numbers, read_table, table
 from posture_ik.errors import PostureIKError
@@ -145,6 +146,7 @@ def spine_elements(
     values: OpenValues | None = None,
     factors: Factors = SOURCE,
     posture: Posture | None = None,
+    scale: Scale | None = None,
 ) -> Elements:
     """The elements of a seated person; arguments as of `build_finite_element`.
 
@@ -153,7 +155,7 @@ def spine_elements(
             preload (`at_preload`).
     """
     values = values or OpenValues.identified()
-    person = _person(Scale.of(subject), recline, posture)
+    person = _person(scale or scale_of(subject), recline, posture)
 
     origin = np.zeros(3)
     layers = {"seat": cushion.seat, "cushion": cushion.cushion} if cushion else {}
@@ -215,7 +217,7 @@ def _lumps(person: _Person) -> Iterator[Lump]:
         turn = person.turns[name]
         yield Lump(name, inertia.mass, turn @ inertia.centre, turn @ inertia.tensor @ turn.T)
     for arm in ("L_arm", "R_arm"):
-        mass = person.scale.mass * float(table("table_9_masses")[arm]["mass_kg"])
+        mass = person.scale.mass["arm"] * float(table("table_9_masses")[arm]["mass_kg"])
         yield Lump(arm, mass, np.zeros(3), np.zeros((3, 3)))
 
 
@@ -225,13 +227,12 @@ def _bushings(person: _Person, values: OpenValues, factors: Factors) -> Iterator
     Each turns with the lower vertebra and stands where the upper one holds it: in a bent spine as
     the joints of the multibody model.
     """
-    scales = np.array([person.scale.stiffness(component) for component in _SCALED_AS])
     for lower, upper in pairwise(SPINE):
         chord = person.erect[upper] - person.erect[lower]
         down = (1.0 - values.bushing_fraction) * person.turns[upper] @ chord
         stands, axes = person.points[upper] - down, person.turns[lower] @ _along(chord)
         name = f"{upper}_{lower}"
-        stiffness, damping = (scales * column for column in _bushing(name, factors))
+        stiffness, damping = _bushing(name, factors, person.scale)
         yield Link(name, lower, upper, stands, axes, stiffness, damping)
 
 
@@ -243,28 +244,34 @@ def _along(chord: Array) -> Array:
     return np.column_stack([x, np.cross(z, x), z])
 
 
-def _bushing(name: str, factors: Factors) -> tuple[Array, Array]:
-    """Stiffness and damping of a row of tables 11 and 10, (6,), x to rz."""
+def _bushing(name: str, factors: Factors, scale: Scale) -> tuple[Array, Array]:
+    """Stiffness and damping of a person's joint or corner (tables 11 and 10), (6,), x to rz."""
     stiffness = numbers(table("table_11_stiffness")[name], *(f"k{i}_N_{u}" for i, u in _COLUMNS))
     units = {"m": "s_m", "m_rad": "m_s_rad"}
     damping = numbers(table("table_10_damping")[name], *(f"c{i}_N_{units[u]}" for i, u in _COLUMNS))
     softer, damped = factors.of_joint(name)
-    return softer * np.array(stiffness), damped * np.array(damping)
+    region = region_of_joint(name)
+    softer = softer * [scale.stiffness(region, component) for component in _SCALED_AS]
+    damped = damped * [scale.damping(region, component) for component in _SCALED_AS]
+    return softer * stiffness, damped * damping
 
 
 def _viscera(person: _Person, values: OpenValues) -> Iterator[Link]:
     """The ties of the viscera to their vertebrae, and the column of table 12."""
-    factor = person.scale.stiffness("axial")
-    tie = factor * np.array([values.visceral_x, 0.0, values.visceral_z, 0.0, 0.0, 0.0])
+    region = region_of(VISCERA[0])
+    stiffer = person.scale.stiffness(region, "axial")
+    damper = person.scale.damping(region, "axial")
+    tie = np.array([values.visceral_x, 0.0, values.visceral_z, 0.0, 0.0, 0.0])
+    held = stiffer * tie, damper * TIE_DAMPING_TIME * tie
     for viscus in LOOSE:
         lower, at = viscus.removesuffix("V"), person.points[viscus]
-        damping = TIE_DAMPING_TIME * tie
-        yield Link(f"{viscus}_{lower}", lower, viscus, at, person.turns[viscus], tie, damping)
+        yield Link(f"{viscus}_{lower}", lower, viscus, at, person.turns[viscus], *held)
     for joint, of in table("table_12_viscera").items():
         upper, lower = joint.split("_")
-        share = factor * (values.column_top if upper == VISCERA[-1] else 1.0)
+        share = values.column_top if upper == VISCERA[-1] else 1.0
         stiffness, damping = np.zeros(6), np.zeros(6)
-        stiffness[2], damping[2] = share * np.array(numbers(of, "k33_N_m", "c33_N_s_m"))
+        k, c = numbers(of, "k33_N_m", "c33_N_s_m")
+        stiffness[2], damping[2] = share * stiffer * k, share * damper * c
         axes = _along(person.points[upper] - person.points[lower])
         at = person.points[lower]  # or anywhere else on the line through both
         yield Link(joint, lower, upper, at, axes, stiffness, damping)
@@ -276,10 +283,10 @@ def _buttocks(person: _Person, values: OpenValues, factors: Factors, under: str)
     The corners stand level about the sacrum's `butt_up`, whatever the recline, and what lies under
     them is rigid.
     """
-    across = person.scale.point(np.array([values.buttock_x, values.buttock_y, 0.0]))
-    pushes = person.scale.stiffness("axial") * np.repeat([1.0, 0.0], 3)
+    across = np.array([values.buttock_x, values.buttock_y, 0.0]) * person.scale.length["pelvis"]
+    pushes = np.repeat([1.0, 0.0], 3)
     for name, front in (("butt_front", 1.0), ("butt_rear", -1.0)):
-        stiffness, damping = (pushes * column for column in _bushing(name, factors))
+        stiffness, damping = (pushes * column for column in _bushing(name, factors, person.scale))
         for side, left in (("left", 1.0), ("right", -1.0)):
             corner = person.points["butt_up"] + across * (front, left, 0.0)
             yield Link(f"{name}_{side}", under, "S1", corner, np.eye(3), stiffness, damping)

@@ -9,9 +9,12 @@ import pinocchio as pin
 import pytest
 
 from posture_ik.body import build_body
+from posture_ik.body.load import load_model
 from posture_ik.body.scaling import REFERENCE
 from posture_ik.body.spine import SPINE_DOFS
-from posture_ik.problem import SPINE
+from posture_ik.kinematics import Kinematics
+from posture_ik.kinematics.twin import read_structure
+from posture_ik.problem import SPINE, Subject
 
 DATA = Path(build_body.__code__.co_filename).parent / "data"
 
@@ -166,3 +169,32 @@ def test_every_range_has_a_source_and_holds_the_reference(body):
     lumbar = [i for i, dof in enumerate(body.dofs) if dof.startswith("L") and dof.endswith("_ry")]
     assert 40 < np.degrees(body.upper[lumbar].sum()) < 70
     assert -26 < np.degrees(body.lower[lumbar].sum()) < -15
+
+
+@pytest.mark.parametrize(
+    "subject", [REFERENCE, Subject(gender="female", age=60, stature=1.52, weight=71.0)]
+)
+def test_model_is_what_pinocchio_reads_from_the_urdf(subject):
+    """To the rounding of a rotation written as angles, and of one structure, zeros included."""
+    body = build_body(subject)
+    ours, read = body.model, load_model(body.urdf, "here")
+    assert read_structure(ours) == read_structure(read)
+    assert list(ours.names) == list(read.names)
+    for mine, theirs in zip(ours.jointPlacements, read.jointPlacements, strict=True):
+        np.testing.assert_allclose(mine.homogeneous, theirs.homogeneous, atol=1e-12)
+    for mine, theirs in zip(ours.inertias, read.inertias, strict=True):
+        np.testing.assert_allclose(mine.matrix(), theirs.matrix(), atol=1e-12)
+    for mine, theirs in zip(ours.frames, read.frames, strict=True):
+        np.testing.assert_allclose(
+            mine.placement.homogeneous, theirs.placement.homogeneous, atol=1e-12
+        )
+        np.testing.assert_allclose(mine.inertia.matrix(), theirs.inertia.matrix(), atol=1e-12)
+    for limits in ("lowerPositionLimit", "upperPositionLimit", "damping"):
+        np.testing.assert_array_equal(getattr(ours, limits), getattr(read, limits))
+
+
+def test_all_subjects_share_one_twin():
+    """So every function compiled for one serves all."""
+    people = [Subject(stature=1.45, weight=32.0), Subject(gender="female", weight=150.0)]
+    twins = {Kinematics.of(build_body(person).model) for person in people}
+    assert twins == {Kinematics.of(build_body(REFERENCE).model)}

@@ -20,7 +20,7 @@ MESHES = meshes()
 
 def shown(subject=REFERENCE):
     geometry = BodyGeometry.of(subject)
-    return geometry, visuals(geometry.nodes, geometry.scale.length)
+    return geometry, visuals(geometry.nodes, geometry.scale)
 
 
 def mesh_of(visual):

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from posture_ik.body import build_body
-from posture_ik.body.arms import ARM_STATURE
 from posture_ik.errors import PostureIKError
 from posture_ik.kinematics import frame_poses
 from posture_ik.muscle import Muscles, Paths
@@ -98,7 +97,7 @@ def test_equal_joint_values_give_equal_sides(paths):
 
 
 def test_lengths_grow_with_the_arm(paths):
-    tall = Paths.of(build_body(Subject(stature=2.0 * ARM_STATURE / 1.755)))
+    tall = Paths.of(build_body(Subject(stature=2.0)))
     ratio = tall.scale / paths.scale
     q = postures(paths, 1)[0]
     ours, theirs = paths.evaluate(q), tall.evaluate(q)

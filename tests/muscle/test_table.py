@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from posture_ik.body import build_body
-from posture_ik.body.arms import ARM_STATURE
 from posture_ik.muscle import Muscles, Paths
 from posture_ik.muscle.table import ARM_WEIGHT
 from posture_ik.problem import Subject
@@ -15,20 +14,21 @@ from posture_ik.problem import Subject
 
 @pytest.fixture(scope="module")
 def median():
-    return build_body(Subject(stature=ARM_STATURE, weight=ARM_WEIGHT))
+    return build_body(Subject(stature=1.755, weight=ARM_WEIGHT))
 
 
 def test_values_of_the_man_they_were_measured_for(median):
-    """A line of the source's table, both sides."""
-    muscles = Muscles.of(median)
+    """A line of the source's table, both sides, in an arm of the size of his."""
+    muscles, size = Muscles.of(median), Paths.of(median).scale
+    assert size == pytest.approx(1.0, abs=0.01)
     for side in "rl":
         i = muscles.names.index(f"TRIlong_{side}")
         assert muscles.group[i] == "elbow extensors"
         assert muscles.peak_force[i] == pytest.approx(771.8)
-        assert muscles.optimal_length[i] == pytest.approx(0.134)
-        assert muscles.published_slack_length[i] == pytest.approx(0.143)
+        assert muscles.optimal_length[i] == pytest.approx(0.134 * size)
+        assert muscles.published_slack_length[i] == pytest.approx(0.143 * size)
         assert muscles.pennation[i] == pytest.approx(np.radians(12.0))
-        assert muscles.fastest[i] == pytest.approx(1.34)
+        assert muscles.fastest[i] == pytest.approx(1.34 * size)
     assert all(len(getattr(muscles, name)) == 50 for name in vars(muscles))
 
 
@@ -39,7 +39,8 @@ def test_tendons_are_fitted_by_the_least_change(median):
     tool = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(tool)
     muscles = Muscles.of(median)
-    np.testing.assert_allclose(muscles.slack_length[:25], [*tool.fitted().values()], atol=1e-9)
+    slack = muscles.slack_length[:25] / Paths.of(median).scale
+    np.testing.assert_allclose(slack, [*tool.fitted().values()], atol=1e-9)
     changed = muscles.slack_length != muscles.published_slack_length
     assert changed[:25].sum() == 8
     assert tool.shift(0.6, 1.2) == 0.0
@@ -49,17 +50,17 @@ def test_tendons_are_fitted_by_the_least_change(median):
 
 
 def test_sizes_follow_the_subject(median):
-    """Lengths as stature; forces as volume over length, mass times stature over stature."""
-    ours, theirs = (
-        Muscles.of(median),
-        Muscles.of(build_body(Subject(stature=1.1 * ARM_STATURE, weight=1.3 * ARM_WEIGHT))),
-    )
+    """Lengths as the arm's; forces as volume over length, mass times stature over stature."""
+    tall = build_body(Subject(stature=1.9, weight=1.3 * ARM_WEIGHT))
+    ours, theirs = Muscles.of(median), Muscles.of(tall)
+    longer = Paths.of(tall).scale / Paths.of(median).scale
+    assert longer > 1.05
     for name, factor in (
         ("peak_force", 1.3),
-        ("optimal_length", 1.1),
-        ("slack_length", 1.1),
+        ("optimal_length", longer),
+        ("slack_length", longer),
         ("pennation", 1.0),
-        ("fastest", 1.1),
+        ("fastest", longer),
     ):
         np.testing.assert_allclose(getattr(theirs, name), factor * getattr(ours, name), rtol=1e-12)
 

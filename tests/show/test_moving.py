@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from posture_ik.body.scaling import Scale
+from posture_ik.body.laws import scale_of
 from posture_ik.errors import UnwritableOutput
 from posture_ik.kinematics import frame_poses
 from posture_ik.problem import SPINE
@@ -82,7 +82,7 @@ def test_skin_can_be_carried_to_where_it_is(sweep, played):
         np.einsum("nij,nj->ni", np.array(carried)[lower + k], points)[:, :3] for k in (0, 1)
     )
     reference = frame_poses(sweep.body.model, sweep.body.q_reference)
-    expected = skin(reference, frames, Scale.of(sweep.body.subject).length[0]).vertices
+    expected = skin(reference, frames, scale_of(sweep.body.subject).length["thoracic"][0]).vertices
     assert np.allclose((1 - share) * below + share * above, expected, atol=1e-6)
 
 

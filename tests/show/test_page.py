@@ -14,7 +14,7 @@ import pytest
 import umsgpack
 
 from posture_ik.body import build_body
-from posture_ik.body.scaling import Scale
+from posture_ik.body.laws import scale_of
 from posture_ik.errors import UnwritableOutput
 from posture_ik.kinematics import frame_poses
 from posture_ik.posture import Wrench, solve_posture
@@ -96,7 +96,7 @@ def test_every_link_stands_where_the_posture_puts_it(reclined, scene):
 
 def test_backrest_touches_the_back(reclined, scene):
     reference = frame_poses(reclined.body.model, reclined.body.q_reference)
-    girth = Scale.of(reclined.body.subject).length[0]
+    girth = scale_of(reclined.body.subject).length["thoracic"][0]
     back = back_of(skin(reference, reclined.frames, girth), reference, girth)
     pose = scene.transforms["seat/backrest"]
     front = np.max(vertices(scene.objects["seat/backrest"])[:, 0])
