@@ -14,10 +14,12 @@ from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from posture_ik.body import Body, build_body
 from posture_ik.errors import BadProblem, PostureIKError
 from posture_ik.exchange import (
+    DECKS,
     read_posture,
     write_activation,
     write_mbdyn,
     write_motion,
+    write_nastran,
     write_posture,
     write_trajectory,
     write_urdf,
@@ -63,7 +65,7 @@ Overrides = Annotated[
     typer.Option("--set", metavar="KEY=VALUE", help="Replace a value: seat.recline_deg=20"),
 ]
 #: What to open, by format of `export`.
-_FORMATS = {"urdf": "model.urdf", "mbdyn": "posture.mbd"}
+_FORMATS = {"urdf": ("model.urdf",), "mbdyn": ("posture.mbd",), **DECKS}
 Json = Annotated[bool, typer.Option("--json", help="Print for machines.")]
 
 
@@ -183,22 +185,29 @@ def report(directory: ResultFolder) -> None:
 def export(
     problem: ProblemName,
     to: Annotated[
-        str, typer.Option("--to", help="Format: urdf (the body) or mbdyn (its posture).")
+        str,
+        typer.Option(
+            "--to",
+            help="Format: urdf (the body), mbdyn (its posture), nastran or nastran95 (its "
+            "finite-element spine).",
+        ),
     ],
     output: Output = None,
     set_: Overrides = None,
 ) -> None:
-    """Write a problem's body, or the posture it takes, for other programs."""
+    """Write a problem's body, posture or finite-element spine for other programs."""
     if to not in _FORMATS:
-        raise BadProblem(f"--to {to}", f"no such format; valid are {' and '.join(_FORMATS)}")
+        raise BadProblem(f"--to {to}", f"no such format; valid are {', '.join(_FORMATS)}")
     folder = output or Path("out") / Path(problem).stem
     with whole_folder(folder) as scratch:
         body, stated = _read(problem, set_)
         if to == "mbdyn":
             write_mbdyn(solve_posture(body, stated), scratch)
+        elif to in DECKS:
+            write_nastran(stated, scratch, to)
         else:
             write_urdf(body, scratch / "model.urdf")
-    _out.print(f"Wrote {folder / _FORMATS[to]}.")
+    _out.print(f"Wrote {' and '.join(str(folder / name) for name in _FORMATS[to])}.")
 
 
 @app.command()

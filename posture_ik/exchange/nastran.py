@@ -14,19 +14,22 @@ Both decks hold the elements of `posture_ik.vibration.spine_elements`, card by c
 in which it accelerates by 1 m/s² (SPCD) along x, y and z in subcases 1 to 3. Grids bear the numbers
 of table 8 where it has them.
 
-**NASTRAN-95** has no RBE2 and RBE3 but CRBE2 and CRBE3, whose weights of rotations do not scale
-with length by themselves; no EIGRL but EIGR; and no motions that are given. There `response.inp`
-is the direct frequency response (rigid format 8), in which a mass a million times the person's
-carries the seat and is pushed by as many newtons.
+**NASTRAN-95** differs. RBE2 is CRBE2 there, EIGRL is EIGR, and an MPC takes the place of RBE3,
+whose rotations do not scale with length by themselves. No motion is given: `response.inp` (direct
+frequency response, rigid format 8) holds the seat and pushes every mass by what a frame that
+accelerates does, so that its accelerations are relative to the seat's. Its loads are in single
+precision and so is the substitution of every solution; by springs of 1e10 N/m that leaves no digit.
+Those are rigid there, in that deck alone, and their dampers with them.
 
 Cards: MSC Nastran Quick Reference Guide; NASTRAN User's Manual, NASA SP-222(08), section 2.4.
 """
+
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from itertools import zip_longest
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.linalg
@@ -37,7 +40,6 @@ from posture_ik.problem import SPINE, Problem, VibrationBlock
 from posture_ik.vibration.network import average
 from posture_ik.vibration.spine_elements import Elements, Link, Lump, Mean, Node, spine_elements
 
-Dialect = Literal["nastran", "nastran95"]
 #: Names of the two decks, modes and response.
 DECKS = {"nastran": ("modes.bdf", "response.bdf"), "nastran95": ("modes.inp", "response.inp")}
 #: Above it NASTRAN-95's response takes a spring for rigid, N/m.
@@ -74,7 +76,7 @@ _RESPONSE = {
 }
 
 
-def write_nastran(problem: Problem, folder: Path, dialect: Dialect = "nastran") -> None:
+def write_nastran(problem: Problem, folder: Path, dialect: str = "nastran") -> None:
     """Write a problem's finite-element spine as two decks into an existing folder.
 
     Args:
@@ -117,7 +119,7 @@ def write_nastran(problem: Problem, folder: Path, dialect: Dialect = "nastran") 
         )
 
 
-def _modes(elements: Elements, dialect: Dialect) -> Iterator[str]:
+def _modes(elements: Elements, dialect: str) -> Iterator[str]:
     """The modes of a person whose seat stands: those up to 50 Hz, or the lowest 40."""
     ground = elements.nodes[0].name
     yield f"$ ==== {ground} held, and the modes asked for"
@@ -128,7 +130,7 @@ def _modes(elements: Elements, dialect: Dialect) -> Iterator[str]:
         yield _card("EIGR", 1, "FEER", 0.0, None, None, 40, None, None, "MASS")
 
 
-def _response(elements: Elements, frequencies: Array, dialect: Dialect) -> Iterator[str]:
+def _response(elements: Elements, frequencies: Array, dialect: str) -> Iterator[str]:
     """The response to 1 m/s² along x, y and z."""
     ground = elements.nodes[0].name
     grids = _grids(elements)
@@ -155,8 +157,11 @@ def _response(elements: Elements, frequencies: Array, dialect: Dialect) -> Itera
         yield _card("DLOAD", number, 1.0, 1.0, 20 + number)
     yield _card("TABLED1", 1, *[None] * 7, 0.0, 1.0, 1000.0, 1.0, "ENDT")
     yield f"$ ---- {len(frequencies)} frequencies, Hz"
-    step = float(frequencies[1] - frequencies[0]) if len(frequencies) > 1 else 1.0
-    yield _card("FREQ1", 1, float(frequencies[0]), step, max(len(frequencies) - 1, 1))
+    first = float(frequencies[0])
+    if len(frequencies) == 1:
+        yield _card("FREQ", 1, first)
+    else:
+        yield _card("FREQ1", 1, first, float(frequencies[1]) - first, len(frequencies) - 1)
 
 
 class _Deck(NamedTuple):
@@ -171,7 +176,7 @@ class _Deck(NamedTuple):
     """
 
     elements: Elements
-    dialect: Dialect
+    dialect: str
     stiffest: float
     grids: dict[str, int]
     frames: list[Array]
@@ -181,7 +186,7 @@ class _Deck(NamedTuple):
         return next(i for i, known in enumerate(self.frames) if np.allclose(axes, known))
 
 
-def _bulk(elements: Elements, dialect: Dialect, stiffest: float = np.inf) -> Iterator[str]:
+def _bulk(elements: Elements, dialect: str, stiffest: float = np.inf) -> Iterator[str]:
     """Axes, nodes with their masses, the mean back, and links."""
     deck = _Deck(elements, dialect, stiffest, _grids(elements), _frames(elements))
     yield "$ ==== axes of bushings, springs and a reclined person"
@@ -213,7 +218,7 @@ def _node(deck: _Deck, node: Node, lump: Lump | None) -> Iterator[str]:
 
 
 def _mean(deck: _Deck, back: Mean, rigid: bool) -> Iterator[str]:
-    """The mean of the back, which hangs on its vertebrae, or else the first on it and the others."""
+    """The mean of the back: it hangs on its vertebrae, or the first on it and on the others."""
     grid, of = deck.grids[back.name], [deck.grids[body] for body in back.of]
     yield f"$ ---- mean of {back.of[0]} to {back.of[-1]}"
     yield _grid(deck, grid, back.point, back.axes)
@@ -235,7 +240,10 @@ def _mean(deck: _Deck, back: Mean, rigid: bool) -> Iterator[str]:
         for other, motion in moving.items():
             factors = (solved @ motion)[row]
             terms += [(other, c + 1, x) for c, x in enumerate(factors) if abs(x) > 1e-12]
-        pairs = [[*first, *second] for first, second in zip_longest(terms[::2], terms[1::2], fillvalue=())]
+        pairs = [
+            [*first, *second]
+            for first, second in zip_longest(terms[::2], terms[1::2], fillvalue=())
+        ]
         yield _card("MPC", 1, *[field for pair in pairs for field in (*pair, None, None)])
 
 
@@ -287,9 +295,10 @@ def _grids(elements: Elements) -> dict[str, int]:
 def _frames(elements: Elements) -> list[Array]:
     """Axes in use, each once; the first are the basic ones."""
     frames = [np.eye(3)]
-    for part in (*elements.nodes, *elements.every_link):
-        if not any(np.allclose(part.axes, known) for known in frames):
-            frames.append(part.axes)
+    every = [node.axes for node in elements.nodes] + [link.axes for link in elements.every_link]
+    for axes in every:
+        if not any(np.allclose(axes, known) for known in frames):
+            frames.append(axes)
     return frames
 
 
