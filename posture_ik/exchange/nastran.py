@@ -131,8 +131,9 @@ def _response(elements: Elements, frequencies: Array, dialect: str) -> Iterator[
     yield f"$ ==== {ground} accelerated by 1 m/s2"
     yield card("SPC1", 1, _ALL, numbers[ground])
     if dialect == "nastran":
-        yield "$ modes far beyond the frequencies asked for"
-        yield card("EIGRL", 1, None, 50.0 * float(frequencies[-1]))
+        # Dampers tie modes: with those below 50 Hz alone the head is 20 % off or more, 200 Hz 5 %.
+        yield "$ ---- modes far beyond the frequencies asked for"
+        yield card("EIGRL", 1, None, max(1000.0, 50.0 * float(frequencies[-1])))
     axes = {node.name: node.axes for node in elements.nodes}
     for number, direction in enumerate(np.eye(3), 1):
         load = ("RLOAD1", 20 + number, 10 + number, None, None, 1)

@@ -18,8 +18,8 @@ from posture_ik.problem import SPINE
 from posture_ik.vibration.network import average
 from posture_ik.vibration.spine_elements import Elements, Link, Lump, Mean, Node
 
-#: First numbers of grids that table 8 does not number, and of links.
-_OTHERS, _LINKS = 101, 1000
+#: First numbers of grids that table 8 does not number, of rigid elements of nodes, and of links.
+_OTHERS, _TIES, _LINKS = 101, 500, 1000
 
 
 class _Deck(NamedTuple):
@@ -68,7 +68,7 @@ def _node(deck: _Deck, node: Node, lump: Lump | None) -> Iterator[str]:
     yield f"$ ---- {node.name}" + (f", on {node.on}" if tied else "")
     yield _grid(deck, grid, node.point, node.axes)
     if node.on and tied:
-        yield _rigid(deck, grid, deck.grids[node.on], tied, grid)
+        yield _rigid(deck, _TIES + grid, deck.grids[node.on], tied, grid)
     if lump:
         # CONM2 takes products of inertia, which are the tensor's other entries but for their sign.
         tensor = (lump.tensor * (2 * np.eye(3) - 1))[np.tril_indices(3)]
@@ -81,7 +81,7 @@ def _mean(deck: _Deck, back: Mean, rigid: bool) -> Iterator[str]:
     yield f"$ ---- mean of {back.of[0]} to {back.of[-1]}"
     yield _grid(deck, grid, back.point, back.axes)
     if deck.dialect == "nastran":
-        fields = ["RBE3", grid, None, grid, 123456, 1.0, 123456, *of]
+        fields = ["RBE3", _TIES + grid, None, grid, 123456, 1.0, 123456, *of]
         if rigid:
             fields += [*[None] * (-(len(fields) - 1) % 8), "UM", of[0], 123456]
         yield card(*fields)
