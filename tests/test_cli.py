@@ -80,6 +80,14 @@ def test_export_writes_a_posture_for_mbdyn(posture_ik: object, tmp_path: Path) -
     assert elements.count("deformable joint") == elements.count("prestrain, single") == 34
 
 
+def test_export_writes_nastran_decks(posture_ik: object, tmp_path: Path) -> None:
+    said = posture_ik("export", "reclined_15", "--to", "nastran", "-o", "deck")
+    assert "deck/modes.bdf and deck/response.bdf" in said.replace("\n", " ")
+    assert "SOL 103" in (tmp_path / "deck" / "modes.bdf").read_text()
+    posture_ik("export", "reclined_15", "--to", "nastran95", "-o", "deck")
+    assert "SOL 3,0" in (tmp_path / "deck" / "modes.inp").read_text()
+
+
 def test_problems_lists_the_examples(posture_ik: object) -> None:
     listed = {entry["name"] for entry in json.loads(posture_ik("problems", "--json"))}
     assert "reclined_15" in listed

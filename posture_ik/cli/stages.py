@@ -22,10 +22,12 @@ from posture_ik.cli.terminal import (
 )
 from posture_ik.errors import BadProblem
 from posture_ik.exchange import (
+    DECKS,
     read_posture,
     write_activation,
     write_mbdyn,
     write_motion,
+    write_nastran,
     write_posture,
     write_trajectory,
     write_urdf,
@@ -50,7 +52,7 @@ from posture_ik.show.vibration_summary import vibration_record, vibration_summar
 from posture_ik.vibration import vibrate as solve_vibration
 
 #: What to open, by format of `export`.
-_FORMATS = {"urdf": "model.urdf", "mbdyn": "posture.mbd"}
+_FORMATS = {"urdf": ("model.urdf",), "mbdyn": ("posture.mbd",), **DECKS}
 
 
 @app.command()
@@ -178,22 +180,30 @@ def report(directory: ResultFolder) -> None:
 def export(
     problem: ProblemName,
     to: Annotated[
-        str, typer.Option("--to", help="Format: urdf (the body) or mbdyn (its posture).")
+        str,
+        typer.Option(
+            "--to",
+            help="Format: urdf (the body), mbdyn (its posture), nastran or nastran95 (its "
+            "finite-element spine).",
+        ),
     ],
     output: Output = None,
     set_: Overrides = None,
 ) -> None:
-    """Write a problem's body, or the posture it takes, for other programs."""
+    """Write a problem's body, posture or finite-element spine for other programs."""
     if to not in _FORMATS:
-        raise BadProblem(f"--to {to}", f"no such format; valid are {' and '.join(_FORMATS)}")
+        raise BadProblem(f"--to {to}", f"no such format; valid are {', '.join(_FORMATS)}")
     folder = output or Path("out") / Path(problem).stem
     with whole_folder(folder) as scratch:
         body, stated = _read(problem, set_)
         if to == "mbdyn":
             write_mbdyn(solve_posture(body, stated), scratch)
+        elif to in DECKS:
+            solved = stated.vibration is not None and stated.vibration.shape == "solved"
+            write_nastran(stated, scratch, to, solve_posture(body, stated) if solved else None)
         else:
             write_urdf(body, scratch / "model.urdf")
-    out.print(f"Wrote {folder / _FORMATS[to]}.")
+    out.print(f"Wrote {' and '.join(str(folder / name) for name in _FORMATS[to])}.")
 
 
 @app.command()

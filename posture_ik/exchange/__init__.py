@@ -8,15 +8,18 @@ from posture_ik.exchange.motion import (
     write_trajectory,
     write_vibration,
 )
+from posture_ik.exchange.nastran import DECKS, write_nastran
 from posture_ik.exchange.results import read_posture, write_posture
 from posture_ik.exchange.urdf import write_urdf
 
 __all__ = [
+    "DECKS",
     "read_posture",
     "write_activation",
     "write_identification",
     "write_mbdyn",
     "write_motion",
+    "write_nastran",
     "write_posture",
     "write_trajectory",
     "write_urdf",
