@@ -51,7 +51,7 @@ def model_of(geometry: BodyGeometry) -> pin.Model:
 
 
 def _rotation(rpy: Vector) -> pin.Quaternion:
-    """About fixed x, y, z, by the quaternion that a URDF's reader makes of it, to the last digit."""
+    """By the quaternion that a URDF's reader makes of three angles, so equal to the last digit."""
     x, y, z = (pin.AngleAxis(angle, axis) for angle, axis in zip(rpy, np.eye(3), strict=True))
     turn = pin.Quaternion(z) * pin.Quaternion(y) * pin.Quaternion(x)
     turn.normalize()
