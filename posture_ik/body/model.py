@@ -18,6 +18,8 @@ from posture_ik.body.parts import Vector
 from posture_ik.body.scaling import REFERENCE
 from posture_ik.body.urdf import write_urdf
 
+_AXES = np.eye(3)
+
 
 def model_of(geometry: BodyGeometry) -> pin.Model:
     """The model of a body as Pinocchio would read it from the URDF of this geometry."""
@@ -52,7 +54,7 @@ def model_of(geometry: BodyGeometry) -> pin.Model:
 
 def _rotation(rpy: Vector) -> pin.Quaternion:
     """By the quaternion that a URDF's reader makes of three angles, so equal to the last digit."""
-    x, y, z = (pin.AngleAxis(angle, axis) for angle, axis in zip(rpy, np.eye(3), strict=True))
+    x, y, z = (pin.AngleAxis(angle, axis) for angle, axis in zip(rpy, _AXES, strict=True))
     turn = pin.Quaternion(z) * pin.Quaternion(y) * pin.Quaternion(x)
     turn.normalize()
     return turn
