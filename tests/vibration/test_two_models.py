@@ -11,7 +11,7 @@ from armless import without_arms
 from scipy.linalg import eigvalsh, null_space
 
 import posture_ik as pik
-from posture_ik.body.scaling import Scale
+from posture_ik.body.laws import scale_of
 from posture_ik.body.spine import nodes
 from posture_ik.body.tables import table
 from posture_ik.vibration import Factors, OpenValues, build_finite_element
@@ -25,7 +25,7 @@ BUTTOCKS = Factors(buttocks=58800 / (4 * 22670.1))
 @pytest.fixture(scope="module")
 def point_armed(tmp_path_factory: pytest.TempPathFactory, body: pik.Body) -> pik.Body:
     """The person with two point masses on T2 for arms, as the finite-element spine has."""
-    robot, place = ET.fromstring(without_arms(body.urdf)), nodes(Scale.of(pik.Subject()))
+    robot, place = ET.fromstring(without_arms(body.urdf)), nodes(scale_of(pik.Subject()))
     for arm in ("L_arm", "R_arm"):
         link = ET.SubElement(robot, "link", name=arm)
         inertial = ET.SubElement(link, "inertial")
@@ -59,7 +59,7 @@ def both(body: pik.Body, name: str) -> tuple[pik.LinearSystem, pik.LinearSystem,
     free = build_finite_element(
         values=OpenValues.identified("multibody"), factors=BUTTOCKS, posture=posture
     )
-    place = nodes(Scale.of(body.subject))
+    place = nodes(scale_of(body.subject))
     under = posture.frames["S1"].rotation @ (place["butt_up"] - place["S1"])
     at = free.coordinates.index("S1 x")
     rows = np.zeros((3, len(free.coordinates)))
