@@ -134,7 +134,8 @@ def _curves(parts: Mapping[str, xr.DataArray], pair: Mapping[str, str]) -> dict[
 
 def printed_peaks(vibration: Vibration) -> dict[tuple[str, str, str], dict[str, Published]]:
     """Peaks that the source prints of the same person and seat, by input, output and unit."""
-    problem, found = vibration.problem, {}
+    problem = vibration.problem
+    found: dict[tuple[str, str, str], dict[str, Published]] = {}
     sits = {"backrest": problem.seat.backrest, "cushion": problem.seat.cushion}
     if problem.seat.recline_deg or problem.subject != Subject():
         return {}
@@ -165,7 +166,7 @@ def _chart(
         return figure
     peak = peak_of(sizes[vibration.asked.model])
     printed = printed or {}
-    top = 1.18 * max(highest, *(each.size for each in printed.values()))
+    top = 1.18 * max(highest, *(each.size for each in printed.values()), 0.0)
     figure["layout"]["yaxis"] |= {"range": [0.0, top]}
     figure["layout"]["annotations"] = [_told(peak)]
     for name, published in printed.items():

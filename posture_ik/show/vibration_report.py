@@ -93,6 +93,8 @@ def _asked(vibration: Vibration) -> list[str]:
         lines.append("with" if asked.gravity else "without")
         lines[-1] += " the stiffness of weight"
         lines += ["with that of holding forces"] if asked.prestress else []
+    if asked.parameters != "source" and "finite_element" in vibration.responses:
+        lines.append(f"finite elements with {asked.parameters} parameters")
     return lines
 
 
@@ -223,6 +225,11 @@ def _assumptions(vibration: Vibration) -> list[str]:
         lines.append(
             "The backrest holds the mean motion of its vertebrae, as if the back never left it, "
             f"and along it the back {'is held by spring and damper' if held else 'slides'}."
+        )
+    if vibration.base == "backrest":
+        lines.append(
+            "The backrest moves along its own axes: fore-and-aft is square to it, vertical along "
+            "it. Links are told along the world's."
         )
     if seat.cushion is not None:
         lines.append("Seat and cushion give up and down alone; else they move with the floor.")
