@@ -37,7 +37,7 @@ _TABLES = ("section_3_3", "section_6_1")
 #: A line has at most about so many points; peaks are told from every frequency.
 _POINTS = 800
 #: What is smaller than this, in any unit, is said in words: left and right hardly differ.
-_NOTHING = 1e-3
+NOTHING = 1e-3
 
 #: Charts by what is chosen on the page, one button after the other.
 Choice = dict[str, Any]
@@ -158,7 +158,7 @@ def _chart(
     highest = max(float(size.max()) for size in sizes.values())
     figure = _lines(vibration, sizes, unit)
     figure["layout"]["yaxis"] |= {"rangemode": "tozero"}
-    if highest < _NOTHING:
+    if highest < NOTHING:
         figure["layout"]["yaxis"] |= {"range": [0.0, 1.0]}
         figure["layout"]["annotations"] = [
             _middle(f"hardly anything: at most {highest:.1g} {unit}")
@@ -179,7 +179,7 @@ def _phase(vibration: Vibration, curves: Mapping[str, xr.DataArray]) -> Figure:
     turned = {
         name: xr.DataArray(np.degrees(np.unwrap(np.angle(curve))), coords=curve.coords)
         for name, curve in curves.items()
-        if float(np.abs(curve).max()) >= _NOTHING
+        if float(np.abs(curve).max()) >= NOTHING
     }
     figure = _lines(vibration, turned, "degrees")
     figure["layout"]["yaxis"] |= {"tick0": 0, "dtick": 90} if _spans(turned) < 900.0 else {}

@@ -21,6 +21,7 @@ from posture_ik.show.resonance import (
     seat_in_words,
 )
 from posture_ik.show.vibration_charts import (
+    NOTHING,
     force_charts,
     model_colours,
     motion_charts,
@@ -67,7 +68,8 @@ def render_vibration_report(vibration: Vibration) -> str:
             "damped": _modes(vibration, vibration.damped),
             "undamped": _modes(vibration, vibration.undamped),
         },
-        ways={way: WAYS[way] for way in mass_shares(vibration, vibration.undamped[0])},
+        ways={way: WAYS[way] for way in head_peaks(vibration, vibration.asked.model)},
+        shares=list(mass_shares(vibration, vibration.undamped[0])),
         last=f"{float(vibration.response['frequency'][-1]):g}",
         checks=checks,
         assumptions=_assumptions(vibration),
@@ -109,6 +111,7 @@ def _cards(vibration: Vibration) -> list[Row]:
             "more": f"most, {peak}",
         }
         for axis, peak in head_peaks(vibration, model).items()
+        if peak.value > NOTHING
     ]
     mass = mass_on_base(vibration, model)
     most, lowest = peak_of(mass), float(mass["frequency"][0])
