@@ -77,7 +77,7 @@ def force_charts(vibration: Vibration) -> Choice:
     """
     charts: Choice = {}
     printed = printed_peaks(vibration)
-    for place in _interfaces(vibration.response):
+    for place in sorted(_interfaces(vibration.response), key=vibration.base.__ne__):
         there = {
             name: data for name, data in vibration.responses.items() if place in _interfaces(data)
         }
