@@ -18,6 +18,7 @@ from posture_ik.errors import BadProblem, PostureIKError
 from posture_ik.exchange import (
     read_posture,
     write_activation,
+    write_identification,
     write_mbdyn,
     write_motion,
     write_posture,
@@ -29,8 +30,10 @@ from posture_ik.files import whole_folder
 from posture_ik.muscle import solve_activation
 from posture_ik.posture import solve_posture
 from posture_ik.problem import Problem, example_problems, load_problem
+from posture_ik.reference import compare as compare_with_source
 from posture_ik.results import Results, Tell, moved, reached
 from posture_ik.show import view as serve
+from posture_ik.show.comparison import comparison, identification, write_comparison
 from posture_ik.show.muscle_summary import activation_record, activation_summary
 from posture_ik.show.summary import (
     as_record,
@@ -42,6 +45,8 @@ from posture_ik.show.summary import (
 )
 from posture_ik.show.vibration_summary import vibration_record, vibration_summary
 from posture_ik.vibration import vibrate as solve_vibration
+from posture_ik.vibration.identify import Parameters
+from posture_ik.vibration.identify import identify as search
 
 app = typer.Typer(
     help="The posture a seated person takes, and what it bears, from one problem file.",
@@ -207,6 +212,38 @@ def export(
         else:
             write_urdf(body, scratch / "model.urdf")
     _out.print(f"Wrote {folder / _FORMATS[to]}.")
+
+
+@app.command()
+def compare(output: Output = None, as_json: Json = False) -> None:
+    """Lay the source's published numbers beside ours; write them as a page where -o says."""
+    with _written(output) as folder, _telling(quiet=as_json) as tell:
+        rows = compare_with_source(tell)
+        if folder:
+            write_comparison(rows, folder / "compare.html")
+    if as_json:
+        print(json.dumps(rows))
+    else:
+        _out.print(comparison(rows))
+
+
+@app.command()
+def identify(
+    parameters: Annotated[
+        Parameters, typer.Argument(help="What to search: source or calibrated.")
+    ] = "source",
+    output: Output = None,
+    as_json: Json = False,
+) -> None:
+    """Search the values that the source leaves open, or calibrate its model; takes minutes."""
+    with _written(output) as folder, _telling(quiet=as_json) as tell:
+        found = search(parameters, tell)
+        if folder:
+            write_identification(found, folder)
+    if as_json:
+        _print(found)
+    else:
+        _out.print(identification(found))
 
 
 @app.command()

@@ -113,6 +113,14 @@ BAD = {
         changed("seat.backrest={}"),
         "seat.backrest needs a kind, one of rigid, foam",
     ),
+    "a backrest at no vertebra": (
+        changed('seat.backrest={kind="foam", at="T13"}'),
+        "seat.backrest.at = 'T13': no vertebra.*did you mean",
+    ),
+    "unknown parameters": (
+        changed('vibration.parameters="fitted"'),
+        "vibration.parameters = 'fitted'.*'source' or 'calibrated'",
+    ),
     "foam without stiffness": (
         changed('seat.backrest={kind="foam", stiffness=-1}'),
         "seat.backrest.stiffness = -1.*greater than or equal to 0",
@@ -453,6 +461,7 @@ BAD = {
         "cannot write here",
     ),
     "unknown export": (command("export", "upright", "--to", "step"), "--to step.*urdf and mbdyn"),
+    "identify what there is not": (command("identify", "nothing"), "'nothing'.*'calibrated'"),
     "unknown command": (command("sovle", "upright"), "sovle"),
     "unknown option": (command("solve", "upright", "--gravty"), "--gravty"),
     "missing argument": (command("solve"), "PROBLEM"),

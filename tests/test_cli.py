@@ -190,3 +190,29 @@ def test_run_with_vibration_writes_its_page_and_its_modes(
     (tmp_path / "here" / "vibration.html").unlink()
     posture_ik("report", "here")
     assert (tmp_path / "here" / "vibration.html").exists()
+
+
+def test_compare_lays_numbers_side_by_side(posture_ik: object, tmp_path: Path) -> None:
+    rows = json.loads(posture_ik("compare", "--json", "-o", "there"))
+    assert len(rows) > 70
+    assert {row["source"] for row in rows} >= {"table 6", "§3.3", "table 7", "§6.1"}
+    page = (tmp_path / "there" / "compare.html").read_text(encoding="utf-8")
+    for row in rows:
+        assert f'<th scope="row">{row["quantity"]}</th>' in page.replace("&#39;", "'")
+
+
+def test_identify_writes_values_record_and_page(
+    posture_ik: object, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of one factor alone, from one start: the buttocks' stiffness, which stays near its own."""
+    monkeypatch.setattr("posture_ik.vibration.identify.FACTORS", {"buttocks": (0.5, 2.0)})
+    monkeypatch.setattr("posture_ik.vibration.identify.STARTS", {"calibrated": 0})
+    (found,) = json.loads(posture_ik("identify", "calibrated", "--json", "-o", "found"))
+    value = found["values"]["buttocks"]
+    assert 0.5 < value < 2.0
+    folder = tmp_path / "found"
+    assert f"buttocks,{value:g},1" in (folder / "calibrated.csv").read_text(encoding="utf-8")
+    assert json.loads((folder / "calibrated_record.json").read_text(encoding="utf-8")) == found
+    page = (folder / "calibrated.md").read_text(encoding="utf-8")
+    assert f"| buttocks | {value:g} |" in page
+    assert "| mode 8 Hz | 4.9 |" in page

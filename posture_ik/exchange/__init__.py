@@ -1,5 +1,6 @@
 """Files of other programs and result folders, written and read back."""
 
+from posture_ik.exchange.identification import write_identification
 from posture_ik.exchange.mbdyn import write_mbdyn
 from posture_ik.exchange.motion import (
     write_activation,
@@ -13,6 +14,7 @@ from posture_ik.exchange.urdf import write_urdf
 __all__ = [
     "read_posture",
     "write_activation",
+    "write_identification",
     "write_mbdyn",
     "write_motion",
     "write_posture",

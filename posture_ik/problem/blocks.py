@@ -70,8 +70,8 @@ class Subject(Block):
 class RigidBack(Block):
     """A backrest that the back touches and slides along: nothing else of its mean motion is left.
 
-    The mean motion of `bodies` (an RBE3 average) is taken at a point 0.1 m behind the vertebra `at`.
-    Along the back it is free, or held by a spring (N/m) and a damper (N s/m).
+    The mean motion of `bodies` (an RBE3 average) is taken 0.1 m behind the vertebra `at`. Along the
+    back it is free, or held by a spring (N/m) and a damper (N s/m).
     """
 
     kind: Literal["rigid"] = "rigid"

@@ -23,7 +23,7 @@ class Factors(NamedTuple):
 
     Attributes:
         neck_flexion, trunk_flexion: on the stiffness of bending about y from the head to T1, and
-            from T1 to S1; `neck_lateral`, `trunk_lateral`: about x.
+            from T1 to S1; `lateral_bending`: about x, of both.
         flexion_damping, lateral_damping: on the damping of all these joints about y, about x.
         buttocks, buttocks_damping: on the stiffness and damping of the buttocks along z, and with
             it of their tilt.
@@ -33,8 +33,7 @@ class Factors(NamedTuple):
 
     neck_flexion: float = 1.0
     trunk_flexion: float = 1.0
-    neck_lateral: float = 1.0
-    trunk_lateral: float = 1.0
+    lateral_bending: float = 1.0
     flexion_damping: float = 1.0
     lateral_damping: float = 1.0
     buttocks: float = 1.0
@@ -58,10 +57,8 @@ class Factors(NamedTuple):
             z, c = self.buttocks, self.buttocks_damping
             shear = self.buttocks_shear
             return np.array([shear, 1.0, z, z, z, 1.0]), np.array([shear, 1.0, c, c, c, 1.0])
-        neck = joint.startswith(("Head", "C"))
-        flexion = self.neck_flexion if neck else self.trunk_flexion
-        lateral = self.neck_lateral if neck else self.trunk_lateral
-        stiffness = np.array([1.0, 1.0, 1.0, lateral, flexion, 1.0])
+        flexion = self.neck_flexion if joint.startswith(("Head", "C")) else self.trunk_flexion
+        stiffness = np.array([1.0, 1.0, 1.0, self.lateral_bending, flexion, 1.0])
         return stiffness, np.array([1.0, 1.0, 1.0, self.lateral_damping, self.flexion_damping, 1.0])
 
     def of_coordinates(self, coordinates: Sequence[str]) -> tuple[Array, Array]:
@@ -77,3 +74,7 @@ class Factors(NamedTuple):
             if component in COMPONENTS and upper in (*SPINE, "buttocks"):
                 found[:, i] = [own[COMPONENTS.index(component)] for own in self.of_joint(joint)]
         return found[0], found[1]
+
+
+#: The tables as they are.
+SOURCE = Factors()

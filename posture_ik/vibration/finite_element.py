@@ -16,7 +16,7 @@ from posture_ik.errors import PostureIKError, nearest
 from posture_ik.posture import Posture
 from posture_ik.problem import COMPONENTS, SPINE, Cushion, FoamBack, LawBack, RigidBack, Subject
 from posture_ik.vibration.backrest import lean
-from posture_ik.vibration.factors import Factors
+from posture_ik.vibration.factors import SOURCE, Factors
 from posture_ik.vibration.network import (
     Link,
     Mass,
@@ -47,7 +47,7 @@ def build_finite_element(
     backrest: RigidBack | FoamBack | LawBack | None = None,
     cushion: Cushion | None = None,
     values: OpenValues | None = None,
-    factors: Factors = Factors(),  # noqa: B008
+    factors: Factors = SOURCE,
     posture: Posture | None = None,
     frames: Sequence[str] = ("Head", "S1"),
     discs: Sequence[str] = (),

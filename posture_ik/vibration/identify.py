@@ -15,20 +15,27 @@ for what is far off (soft l1): what the model cannot meet is not to bend what it
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, Literal, NamedTuple, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
-from scipy.optimize import least_squares
 
-from posture_ik.arrays import Array, one_thread
-from posture_ik.vibration.factors import Factors
+from posture_ik.arrays import one_thread
+from posture_ik.problem import FoamBack
+from posture_ik.problem.tasks import expand_bodies
+from posture_ik.vibration.factors import SOURCE, Factors
 from posture_ik.vibration.finite_element import OpenValues, build_finite_element
-from posture_ik.vibration.published import SEATS, Peak, matched, peaks, table_6
+from posture_ik.vibration.published import (
+    SEATS,
+    SOURCE_BACKREST,
+    Peak,
+    matched,
+    peaks,
+    sampled,
+    table_6,
+)
+from posture_ik.vibration.search import PRIOR, Search
 
 Parameters: TypeAlias = Literal["source", "calibrated"]
-#: A value by name, and how good it is taken to be, relative.
-Wanted: TypeAlias = Mapping[str, tuple[float, float]]
-
 #: The readings: whether the column of viscera is tied to T10, ties along z are stiff or soft, and
 #: the buttocks' corners, of "two squares", have one spacing.
 READINGS = {
@@ -52,124 +59,65 @@ TIES = {"stiff": (1e3, 1e7), "soft": (0.0, 1e3)}
 PLAIN = OpenValues(0.5, 0.2, 0.2, 9e3, 100.0, 0.0)
 #: Bounds of the factors. Buttocks are soft in shear as flesh is, where the source's are not.
 FACTORS = dict.fromkeys(Factors._fields, (0.1, 10.0)) | {"buttocks_shear": (1e-4, 10.0)}
-#: A factor's prior, as good as a factor of so much.
-PRIOR = 5.0
+#: Readings of the backrest: vertebrae of its mean, and at which it acts.
+BACKS, LEVELS = ("T1-T10", "T1-T12", "T5-T10", "T4-T12"), ("T7", "T8", "T9")
 MODE, MEASURED_MODE, PEAK = 0.01, 0.05, 0.10
-STARTS, SEED, STEP = 1, 1, 0.1
-
-
-class Search(NamedTuple):
-    """What is sought in one reading.
-
-    Attributes:
-        bounds: of each unknown by name.
-        wanted: what is to be met.
-        results: the same of the model, for the unknowns' values.
-        prior: whether each unknown is held near 1.
-    """
-
-    bounds: Mapping[str, tuple[float, float]]
-    wanted: Wanted
-    results: Callable[[Mapping[str, float]], Mapping[str, float]]
-    prior: bool
-
-    def residuals(self, values: Mapping[str, float]) -> Array:
-        """Differences over what each is good for, logarithmic, then the prior's."""
-        found = self.results(values)
-        off = [np.log(found[name] / size) / good for name, (size, good) in self.wanted.items()]
-        held = [np.log(value) / np.log(PRIOR) for value in values.values()] if self.prior else []
-        return np.array([*off, *held])
-
-    def run(self, start: Mapping[str, float], most: int) -> dict[str, Any]:
-        """One search from one start, with at most so many steps."""
-        low, high = (
-            np.array([_coordinate(n, ends[i]) for n, ends in self.bounds.items()]) for i in (0, 1)
-        )
-        begun = np.clip([_coordinate(name, start[name]) for name in self.bounds], low, high)
-
-        def residuals(x: Array) -> Array:
-            return self.residuals(self._values(x))
-
-        def slopes(x: Array) -> Array:
-            # Steps of a thousandth, whatever x is: where it is 0 SciPy's own would be too small.
-            steps = np.where(x + 1e-3 < high, 1e-3, -1e-3) * np.eye(len(x))
-            here = residuals(x)
-            moved = [residuals(x + step) - here for step in steps]
-            return np.transpose(moved) / np.sum(steps, axis=1)
-
-        best = least_squares(
-            residuals,
-            begun,
-            slopes,
-            bounds=(low, high),
-            loss="soft_l1",
-            xtol=1e-4,
-            ftol=1e-4,
-            max_nfev=most,
-        )
-        return {
-            "start": _rounded(self._values(begun)),
-            "values": _rounded(self._values(best.x)),
-            "cost": round(float(best.cost), 4),
-            "evaluations": int(best.nfev),
-            "stopped": best.message,
-        }
-
-    def anywhere(self, random: np.random.Generator) -> dict[str, float]:
-        """A random start between the bounds."""
-        ends = [[_coordinate(n, end) for end in ends] for n, ends in self.bounds.items()]
-        return self._values(random.uniform(*np.transpose(ends)))
-
-    def _values(self, x: Array) -> dict[str, float]:
-        return {n: _value(n, float(v)) for n, v in zip(self.bounds, x, strict=True)}
+#: Random starts, beside the plain one, in each reading.
+STARTS = {"source": 1, "calibrated": 2}
+SEED, STEP = 1, 0.1
 
 
 def identify(
     parameters: Parameters,
     tell: Callable[[str], None] = lambda what: None,
-    starts: int = STARTS,
-    most: int = 40,
+    most: int = 30,
 ) -> dict[str, Any]:
     """Search a parameter set, and tell all that a reader wants to know of the search.
 
     Args:
         parameters: which, `source` or `calibrated`.
         tell: is told what is done.
-        starts: random ones, beside the plain one, in each reading.
         most: steps of one search.
 
     Returns:
         Plain data: every start of every reading (`searches`, best first), which is `chosen`, its
-        `values`, to three digits, the `results` with what was wanted, and what 10 % more of each
-        value changes (`sensitivity_percent`).
+        `values`, to three digits, the `results` with what was wanted, what 10 % more of each
+        value changes (`sensitivity_percent`), and for `source` the peak of figure 12 by each
+        reading of its backrest (`backrests`).
     """
     random = np.random.default_rng(SEED)
-    searches = _of_source() if parameters == "source" else _of_calibrated()
+    sought = searches(parameters)
     with one_thread():
         runs: dict[str, list[dict[str, Any]]] = {}
-        for i, (reading, search) in enumerate(searches.items(), 1):
+        for i, (reading, search) in enumerate(sought.items(), 1):
             runs[reading] = []
-            for start in (_plain(parameters), *(search.anywhere(random) for _ in range(starts))):
-                tell(f"reading {i} of {len(searches)}, {reading}: start {len(runs[reading]) + 1}")
+            for start in (
+                _plain(parameters),
+                *(search.anywhere(random) for _ in range(STARTS[parameters])),
+            ):
+                tell(f"reading {i} of {len(sought)}, {reading}: start {len(runs[reading]) + 1}")
                 runs[reading].append(search.run(start, most))
             runs[reading].sort(key=lambda run: run["cost"])
         chosen = min(runs, key=lambda reading: runs[reading][0]["cost"])
         tell("what each value moves")
-        search, values = searches[chosen], runs[chosen][0]["values"]
+        search, values = sought[chosen], runs[chosen][0]["values"]
         found = search.results(values)
         changes = {}
         for name, value in values.items():
             # Of a tie that is none, 100 N/m.
             more = search.results(values | {name: 1.1 * value or 100.0})
             changes[name] = {key: _percent(more[key], found[key]) for key in search.wanted}
+        if parameters == "source":
+            values = values | _given(chosen, values)
+        backrests = _backrests(OpenValues(**values)) if parameters == "source" else []
     return {
         "parameters": parameters,
         "seed": SEED,
-        "bounds": {reading: dict(of.bounds) for reading, of in searches.items()},
+        "bounds": {reading: dict(of.bounds) for reading, of in sought.items()},
         "prior": PRIOR if search.prior else None,
         "searches": runs,
         "chosen": chosen,
-        "values": values | _given(chosen, values) if parameters == "source" else values,
+        "values": values,
         "results": {
             name: {
                 "wanted": size,
@@ -180,7 +128,13 @@ def identify(
             for name, (size, good) in search.wanted.items()
         },
         "sensitivity_percent": changes,
+        "backrests": backrests,
     }
+
+
+def searches(parameters: Parameters) -> dict[str, Search]:
+    """What is sought, and by what it is judged, for each reading."""
+    return _of_source() if parameters == "source" else _of_calibrated()
 
 
 def wanted(parameters: Parameters) -> tuple[dict[str, Peak], dict[str, tuple[float, float]]]:
@@ -197,18 +151,44 @@ def wanted(parameters: Parameters) -> tuple[dict[str, Peak], dict[str, tuple[flo
 
 
 def results(
-    sought: Mapping[str, Peak], values: OpenValues | None = None, factors: Factors = Factors()
+    sought: Mapping[str, Peak], values: OpenValues | None = None, factors: Factors = SOURCE
 ) -> dict[str, float]:
     """Every mode and peak of the finite-element model, by name and unit."""
-    seats = {"bare", *(peak.seat for peak in sought.values())}
-    systems = {
-        seat: build_finite_element(**SEATS[seat], values=values, factors=factors) for seat in seats
-    }
-    found = {f"mode {n} Hz": hertz for n, hertz in matched(systems["bare"]).items()}
-    for name, peak in sought.items():
-        size, at = peak.refined(systems[peak.seat], STEP)
-        found |= {f"{name} {peak.unit}": size, f"{name} Hz": at}
+    found: dict[str, float] = {}
+    for seat, of in SEATS.items():
+        inside = {name: peak for name, peak in sought.items() if peak.seat == seat}
+        system = build_finite_element(**of, values=values, factors=factors)
+        if seat == "bare":
+            found |= {f"mode {n} Hz": hertz for n, hertz in matched(system).items()}
+        for name, response in sampled(system, inside, STEP).items():
+            size, at = sought[name].refined(*response)
+            found |= {f"{name} {sought[name].unit}": size, f"{name} Hz": at}
     return found
+
+
+def _backrests(values: OpenValues) -> list[dict[str, Any]]:
+    """The peak of figure 12 for each reading of its backrest, with these open values."""
+    peak = peaks("section_3_3")["head x with backrest"]
+    rows = []
+    for foam in (SOURCE_BACKREST, FoamBack()):
+        for bodies in BACKS:
+            for at in LEVELS:
+                spot = {"bodies": expand_bodies(bodies), "at": at}
+                back = foam.model_copy(update=spot)
+                system = build_finite_element(backrest=back, values=values)
+                (response,) = sampled(system, {"peak": peak}, STEP).values()
+                size, hertz = peak.refined(*response)
+                rows.append(
+                    {
+                        "stiffness": back.stiffness,
+                        "damping": back.damping,
+                        "bodies": bodies,
+                        "at": at,
+                        "peak": round(size, 3),
+                        "frequency_Hz": round(hertz, 3),
+                    }
+                )
+    return rows
 
 
 def _of_source() -> dict[str, Search]:
@@ -245,26 +225,7 @@ def _given(reading: str, values: Mapping[str, float]) -> dict[str, float]:
 def _plain(parameters: Parameters) -> dict[str, float]:
     if parameters == "source":
         return PLAIN._asdict()
-    return Factors(trunk_flexion=4.0, trunk_lateral=4.0, buttocks_shear=0.005)._asdict()
-
-
-def _coordinate(name: str, value: float) -> float:
-    """A value as the coordinate it is sought by; a tie along z may be none."""
-    if name == "visceral_z":
-        return float(np.arcsinh(value / 1e3))
-    return value if name == "bushing_fraction" else float(np.log(value))
-
-
-def _value(name: str, coordinate: float) -> float:
-    if name == "visceral_z":
-        return float(1e3 * np.sinh(coordinate))
-    return coordinate if name == "bushing_fraction" else float(np.exp(coordinate))
-
-
-def _rounded(values: Mapping[str, float]) -> dict[str, float]:
-    """To three digits; a tie along z below 1 mN/m as none."""
-    none = {"visceral_z"} if values.get("visceral_z", 1.0) < 1e-3 else set()
-    return {name: 0.0 if name in none else float(f"{v:.3g}") for name, v in values.items()}
+    return Factors(trunk_flexion=4.0, lateral_bending=4.0, buttocks_shear=0.005)._asdict()
 
 
 def _percent(value: float, of: float) -> float:

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 import scipy.linalg
 
 from posture_ik.arrays import Array
@@ -71,29 +72,19 @@ class Peak(NamedTuple):
     valley: bool
     note: str
 
-    def sizes(self, system: LinearSystem, step: float) -> tuple[Array, Array]:
-        """Frequencies of the band, Hz, and the response there, in `unit`; (f,) each.
+    def found(self, frequencies: Array, sizes: Array) -> tuple[float, float]:
+        """Size and frequency of the same in a sampled response: the highest, or lowest, sample.
 
-        Args:
-            system: the model.
-            step: Hz, counted from 0.1 Hz on, as the source's is.
+        Where the band has none inside it, of the sample nearest to the published frequency.
         """
-        first, last = (round((end - 0.1) / step) for end in self.band)
-        frequencies = 0.1 + step * np.arange(first, last + 1.0)
-        speed = 2 * np.pi * frequencies
-        over = speed if self.unit == "N s/m" else speed**2
-        return frequencies, over_displacement(system, self.given, self.read, frequencies) / over
-
-    def found(self, system: LinearSystem, step: float = STEP) -> tuple[float, float]:
-        """Size and frequency of the same in a model: the highest, or lowest, sample."""
-        frequencies, sizes = self.sizes(system, step)
         i = int(np.argmin(sizes) if self.valley else np.argmax(sizes))
+        if self.frequency and i in (0, len(sizes) - 1):
+            i = int(np.argmin(np.abs(frequencies - self.frequency)))
         return float(sizes[i]), float(frequencies[i])
 
-    def refined(self, system: LinearSystem, step: float = STEP) -> tuple[float, float]:
+    def refined(self, frequencies: Array, sizes: Array) -> tuple[float, float]:
         """As `found`, by a parabola through that sample and its neighbours."""
-        frequencies, sizes = self.sizes(system, step)
-        sign = -1.0 if self.valley else 1.0
+        sign, step = -1.0 if self.valley else 1.0, frequencies[1] - frequencies[0]
         i = int(np.clip(np.argmax(sign * sizes), 1, len(sizes) - 2))
         a, b, c = np.polyfit(frequencies[i - 1 : i + 2] - frequencies[i], sizes[i - 1 : i + 2], 2)
         at = float(np.clip(-b / (2 * a), -step, step)) if sign * a < 0 else 0.0
@@ -135,7 +126,7 @@ def matched(system: LinearSystem) -> dict[str, float]:
     return {number: pools[mode.symmetric].pop(0) for number, mode in table_6().items()}
 
 
-def modes(system: LinearSystem, most: int) -> tuple[Array, Array]:
+def modes(system: LinearSystem, most: int) -> tuple[Array, npt.NDArray[np.bool_]]:
     """The lowest undamped frequencies, Hz, and whether each is symmetric, (most,).
 
     What `undamped_modes` tells at length, in a tenth of the time.
@@ -148,13 +139,34 @@ def modes(system: LinearSystem, most: int) -> tuple[Array, Array]:
     return np.sqrt(squares) / (2 * np.pi), mirror > 0
 
 
-def over_displacement(system: LinearSystem, given: str, read: str, frequencies: Array) -> Array:
-    """Size of an output over an input's displacement, (f,), solved directly, one at a time."""
-    one = system.of([given], [read])
-    found = []
-    for s in 2j * np.pi * frequencies:
-        powers = s ** np.arange(3)
-        dynamic = one.stiffness + s * one.damping + s**2 * one.mass
-        x = np.linalg.solve(dynamic, powers @ one.B[:, :, 0])
-        found.append(np.abs(powers @ (one.Y[:, 0] @ x) + powers @ one.D[:, 0, 0]))
-    return np.array(found)
+def sampled(
+    system: LinearSystem, sought: Mapping[str, Peak], step: float = STEP
+) -> dict[str, tuple[Array, Array]]:
+    """The responses of a model around peaks, solved directly.
+
+    Args:
+        system: in the seat of all these peaks.
+        sought: by name.
+        step: Hz, counted from 0.1 Hz on, as the source's is.
+
+    Returns:
+        For each name the frequencies of its band, Hz, and the response there, in its unit; (f,).
+    """
+    matrices = np.stack([system.stiffness, system.damping, system.mass])
+    solved: dict[tuple[str, tuple[float, float]], Array] = {}
+    responses = {}
+    for name, peak in sought.items():
+        first, last = (round((end - 0.1) / step) for end in peak.band)
+        frequencies = 0.1 + step * np.arange(first, last + 1.0)
+        powers = (2j * np.pi * frequencies)[:, None] ** np.arange(3)
+        one = system.of([peak.given], [peak.read])
+        if (peak.given, peak.band) not in solved:
+            found = [
+                np.linalg.solve(np.tensordot(s, matrices, 1), s @ one.B[:, :, 0]) for s in powers
+            ]
+            solved[peak.given, peak.band] = np.array(found)
+        x = solved[peak.given, peak.band]
+        read = np.sum((powers @ one.Y[:, 0]) * x, axis=1) + powers @ one.D[:, 0, 0]
+        over = np.abs(powers[:, 1 if peak.unit == "N s/m" else 2])
+        responses[name] = frequencies, np.abs(read) / over
+    return responses

@@ -27,9 +27,21 @@ from posture_ik.errors import PostureIKError
 from posture_ik.posture import Posture
 from posture_ik.problem import SPINE, Cushion, FoamBack, LawBack, RigidBack, Subject
 from posture_ik.vibration.backrest import at_preload, backrest_axes, rest_on
-from posture_ik.vibration.factors import Factors
+from posture_ik.vibration.factors import SOURCE, Factors
 from posture_ik.vibration.network import Link, Mean
 from posture_ik.vibration.seat import DATA
+
+__all__ = [
+    "LOOSE",
+    "TIE_DAMPING_TIME",
+    "Elements",
+    "Link",
+    "Lump",
+    "Mean",
+    "Node",
+    "OpenValues",
+    "spine_elements",
+]
 
 #: Damping over stiffness of the ties between viscera and vertebrae, s (assumed, as table 12's).
 TIE_DAMPING_TIME = 0.1
@@ -131,7 +143,7 @@ def spine_elements(
     backrest: RigidBack | FoamBack | LawBack | None = None,
     cushion: Cushion | None = None,
     values: OpenValues | None = None,
-    factors: Factors = Factors(),  # noqa: B008
+    factors: Factors = SOURCE,
     posture: Posture | None = None,
 ) -> Elements:
     """The elements of a seated person; arguments as of `build_finite_element`.
@@ -147,10 +159,8 @@ def spine_elements(
     layers = {"seat": cushion.seat, "cushion": cushion.cushion} if cushion else {}
     stack = ("floor" if cushion else "seat", *layers)
     every = [Node(stack[0], origin, None), *_nodes(person, stack[0])]
-    lumps, links = (
-        list(_lumps(person)),
-        [*_bushings(person, values, factors), *_viscera(person, values)],
-    )
+    lumps = list(_lumps(person))
+    links = [*_bushings(person, values, factors), *_viscera(person, values)]
     for on, (layer, part) in zip(stack, layers.items(), strict=False):
         every.append(Node(layer, origin, stack[0], (2,)))
         lumps.append(Lump(layer, part.mass, origin, np.zeros((3, 3))))

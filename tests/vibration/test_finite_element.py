@@ -343,8 +343,8 @@ def test_the_record_of_the_search_is_that_of_the_model():
     for number, row in read_table(DATA / "table_6_modes.csv").items():
         found = record["results"][f"mode {number} Hz"]["found"]
         assert pools[row["symmetric"]].pop(0) == pytest.approx(found, rel=1e-3)
-    best = min(runs[0]["cost"] for runs in record["readings"].values())
-    assert record["readings"][record["chosen"]][0]["cost"] == best
+    best = min(runs[0]["cost"] for runs in record["searches"].values())
+    assert record["searches"][record["chosen"]][0]["cost"] == best
 
 
 @pytest.mark.parametrize("backrest", [RigidBack(), FoamBack(), STICKY])

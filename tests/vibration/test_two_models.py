@@ -99,3 +99,27 @@ def test_in_a_reclined_spine_fore_and_aft_motions_are_the_same(point_armed: pik.
     )
     assert len(ours) > 10
     np.testing.assert_allclose(ours, theirs, rtol=1e-4)
+
+
+def test_floor_to_head_pelvis_and_seat_of_section_6_1(point_armed: pik.Body) -> None:
+    """On seat and cushion, as the source's multibody model: arms on T2, to the two digits told.
+
+    Peaks within 3 %, where they are within 5 %; the second peak and the valley of the seat, told
+    as "around 10 Hz" and at 3 Hz, within a tenth of the motion of the floor and 6 %.
+    """
+    problem = pik.load_problem("upright", ("seat.cushion={}",))
+    posture = pik.solve_posture(point_armed, problem)
+    outputs = [f"{name} acceleration z" for name in ("Head", "S1", "seat")]
+    system = pik.linearise(point_armed, posture, problem, frames=("Head", "S1"))
+    f = np.arange(1.5, 14.0, 0.02)
+    data = pik.frequency_response(system.of(["floor z"], outputs), f)
+    gains = np.abs(data.response.values[..., 0]) / (2 * np.pi * f[:, None]) ** 2
+    told = [(3.8, 2.0), (3.5, 2.1), (2.05, 1.9)]
+    for gain, (size, at) in zip(gains.T, told, strict=True):
+        assert gain.max() == pytest.approx(size, rel=0.03)
+        assert f[gain.argmax()] == pytest.approx(at, rel=0.05)
+    seat, above, between = gains[:, 2], f > 6.0, (f > 2.5) & (f < 5.0)
+    assert seat[above].max() == pytest.approx(0.75, abs=0.1)
+    assert f[above][seat[above].argmax()] == pytest.approx(10.0, rel=0.06)
+    assert seat[between].min() == pytest.approx(0.3, abs=0.1)
+    assert f[between][seat[between].argmin()] == pytest.approx(3.0, rel=0.06)
