@@ -105,7 +105,7 @@ def _peaks(source: str, published: Mapping[str, Peak], parameters: str) -> list[
             read = peak.refined if model.startswith("lumped:") else peak.found
             size, frequency = read(*responses[name])
             rows.append(_row(source, name, peak.unit, peak.size, size, peak.note))
-            if peak.frequency:
+            if peak.frequency and peak.lies_in(responses[name][1]):
                 where = f"{name}, where"
                 rows.append(_row(source, where, "Hz", peak.frequency, frequency, peak.note))
     return rows

@@ -206,7 +206,7 @@ def test_identify_writes_values_record_and_page(
 ) -> None:
     """Of one factor alone, from one start: the buttocks' stiffness, which stays near its own."""
     monkeypatch.setattr("posture_ik.vibration.identify.FACTORS", {"buttocks": (0.5, 2.0)})
-    monkeypatch.setattr("posture_ik.vibration.identify.STARTS", {"calibrated": 0})
+    monkeypatch.setattr("posture_ik.vibration.identify.STARTS", 0)
     (found,) = json.loads(posture_ik("identify", "calibrated", "--json", "-o", "found"))
     value = found["values"]["buttocks"]
     assert 0.5 < value < 2.0

@@ -108,6 +108,7 @@ def test_peaks_and_valleys_are_read_off():
 def test_where_there_is_no_peak_the_same_frequency_is_told():
     f = np.arange(1.0, 3.01, 0.1)
     peak = Peak("", "bare", "", "", 1.0, "1", 2.0, (1.0, 3.0), False, "")
+    assert not peak.lies_in(f)
     assert peak.found(f, f) == pytest.approx((2.0, 2.0))
 
 

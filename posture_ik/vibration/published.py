@@ -72,13 +72,18 @@ class Peak(NamedTuple):
     valley: bool
     note: str
 
+    def lies_in(self, sizes: Array) -> bool:
+        """Whether a sampled response has such a peak or valley, not only an end of the band."""
+        i = int(np.argmin(sizes) if self.valley else np.argmax(sizes))
+        return 0 < i < len(sizes) - 1
+
     def found(self, frequencies: Array, sizes: Array) -> tuple[float, float]:
         """Size and frequency of the same in a sampled response: the highest, or lowest, sample.
 
         Where the band has none inside it, of the sample nearest to the published frequency.
         """
         i = int(np.argmin(sizes) if self.valley else np.argmax(sizes))
-        if self.frequency and i in (0, len(sizes) - 1):
+        if self.frequency and not self.lies_in(sizes):
             i = int(np.argmin(np.abs(frequencies - self.frequency)))
         return float(sizes[i]), float(frequencies[i])
 

@@ -72,8 +72,8 @@ class Search(NamedTuple):
             slopes,
             bounds=(low, high),
             loss="soft_l1",
-            xtol=1e-4,
-            ftol=1e-4,
+            xtol=1e-3,
+            ftol=1e-3,
             max_nfev=most,
         )
         return {
