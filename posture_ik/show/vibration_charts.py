@@ -170,7 +170,8 @@ def _chart(
     figure["layout"]["yaxis"] |= {"range": [0.0, top]}
     figure["layout"]["annotations"] = [_told(peak)]
     for name, published in printed.items():
-        _mark(figure, name, published)
+        colour = model_colours(vibration).get(published.model, _PRINTED)
+        _mark(figure, name, published, colour)
     return figure
 
 
@@ -232,15 +233,15 @@ def _told(peak: Peak) -> Figure:
     }
 
 
-def _mark(figure: Figure, name: str, printed: Published) -> None:
+def _mark(figure: Figure, name: str, printed: Published, colour: str) -> None:
     """Add a peak that the source prints: a ring, or a line where it has no frequency."""
     if printed.frequency is None:
         line = {"type": "line", "xref": "paper", "x0": 0, "x1": 1}
         line |= {"y0": printed.size, "y1": printed.size}
-        line |= {"line": {"color": _PRINTED, "width": 1.3, "dash": "dot"}}
+        line |= {"line": {"color": colour, "width": 1.3, "dash": "dot"}}
         figure["layout"].setdefault("shapes", []).append(line)
         return
-    ring = {"symbol": "circle-open", "size": 12, "color": _PRINTED, "line": {"width": 2}}
+    ring = {"symbol": "circle-open", "size": 12, "color": colour, "line": {"width": 2}}
     figure["data"].append(
         {
             "type": "scatter",
