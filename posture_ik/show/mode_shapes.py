@@ -128,12 +128,13 @@ def _oscillating(modes: Sequence[Mode]) -> list[Mode]:
 
 
 def _shown(mode: Mode, shapes: Array) -> dict[str, Any]:
+    motions = scaled(shapes @ mode.shape)
     return {
         "frequency": mode.frequency,
         "damping": mode.damping_ratio,
         "symmetry": mode.symmetry,
         "words": mode.words,
-        "swing": packed(_parts(scaled(shapes @ mode.shape))),
+        "swing": packed(np.stack([motions.real, motions.imag], axis=1)),
     }
 
 
@@ -144,13 +145,9 @@ def scaled(motions: Complex) -> Complex:
         motions: displacement, m, and rotation, rad, of p bodies as complex amplitudes.
     """
     arms = np.concatenate([motions[:, :3], _REACH * motions[:, 3:]])
-    # |Re z exp(iθ)| reaches the larger singular value of [Re z, Im z]
+    # |Re(z exp(iθ))| reaches the larger singular value of [Re z, Im z].
     largest = np.linalg.norm(np.stack([arms.real, arms.imag], axis=-1), ord=2, axis=(1, 2))
     most = int(np.argmax(largest))
     turn = np.angle(np.sum(arms[most] ** 2)) / 2
     unit: Complex = motions * np.exp(-1j * turn) / largest[most]
     return unit
-
-
-def _parts(motions: Complex) -> Array:
-    return np.stack([motions.real, motions.imag], axis=1)

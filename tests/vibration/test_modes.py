@@ -10,6 +10,7 @@ from scipy.linalg import eigvals
 
 import posture_ik as pik
 from posture_ik.errors import PostureIKError
+from posture_ik.vibration import build_finite_element
 from posture_ik.vibration.modes import mirror
 from posture_ik.vibration.system import LinearSystem, Port
 
@@ -127,3 +128,17 @@ def test_a_model_without_mass_has_no_modes() -> None:
         pik.undamped_modes(oscillator(0.0, 1.0, 1.0))
     with pytest.raises(PostureIKError, match="needs a mass of its own"):
         pik.damped_modes(oscillator(0.0, 1.0, 1.0))
+
+
+def test_finite_elements_are_told_as_the_multibody_person_is() -> None:
+    """Its coordinates are bodies' own motions, `Head y`; a symmetric person's modes part in two."""
+    system = build_finite_element()
+    odd = np.array([name.split()[1] in ("y", "rx", "rz") for name in system.coordinates])
+    kinds = set()
+    for mode in pik.undamped_modes(system)[:14]:
+        sideways = np.abs(mode.shape[odd]).max() > np.abs(mode.shape[~odd]).max()
+        assert mode.symmetry == ("anti-symmetric" if sideways else "symmetric")
+        assert mode.words.endswith("the head goes sideways") == sideways
+        assert "of Head" not in mode.words
+        kinds.add(mode.symmetry)
+    assert len(kinds) == 2
