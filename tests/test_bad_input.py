@@ -107,11 +107,11 @@ BAD = {
     "recline is a word": (changed('seat.recline_deg="far"'), "seat.recline_deg = 'far'"),
     "backrest of wood": (
         changed('seat.backrest.kind="wood"'),
-        "seat.backrest: no backrest is of kind 'wood'; valid are rigid, foam",
+        "seat.backrest: no backrest is of kind 'wood'; valid are rigid, foam, law",
     ),
     "backrest of no kind": (
         changed("seat.backrest={}"),
-        "seat.backrest needs a kind, one of rigid, foam",
+        "seat.backrest needs a kind, one of rigid, foam, law",
     ),
     "a backrest at no vertebra": (
         changed('seat.backrest={kind="foam", at="T13"}'),

@@ -12,6 +12,7 @@ from posture_ik.errors import BadProblem, nearest
 from posture_ik.problem.block import Block
 from posture_ik.problem.blocks import (
     FoamBack,
+    LawBack,
     Lever,
     Problem,
     RigidBack,
@@ -161,7 +162,7 @@ _TASKS: dict[str, type[Block]] = {
     cls.model_fields["kind"].default: cls
     for cls in (Head, Backrest, BackrestContact, Pelvis, Hand, Frame)
 }
-_BACKS: dict[str, type[Block]] = {"rigid": RigidBack, "foam": FoamBack}
+_BACKS: dict[str, type[Block]] = {"rigid": RigidBack, "foam": FoamBack, "law": LawBack}
 _BLOCKS: dict[str, type[Block]] = {
     "subject": Subject,
     "seat": Seat,
