@@ -76,7 +76,8 @@ def compare(tell: Callable[[str], None] = lambda what: None) -> list[Row]:
         count, most = COUNTED
         below = int(np.sum(modes(plain, 2 * count)[0] < most))
         rows = _modes("table 6", table_6(), plain)
-        rows.append(_row("§3.3.1", f"modes below {most:g} Hz", "1", count, below))
+        note = "our next two lie within 2 Hz above"
+        rows.append(_row("§3.3.1", f"modes below {most:g} Hz", "1", count, below, note))
         for source, (table, parameters) in TABLES.items():
             tell(f"responses of {source}")
             rows += _peaks(source, peaks(table), parameters)
