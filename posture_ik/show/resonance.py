@@ -64,9 +64,10 @@ def head_peaks(vibration: Vibration, model: str) -> dict[str, Peak]:
 
 
 def mass_on_base(vibration: Vibration, model: str) -> xr.DataArray:
-    """Vertical apparent mass of what moves, kg."""
+    """Apparent mass of what moves, kg: vertical, or of a backrest square to it."""
     base = vibration.base
-    return apparent_mass(vibration.responses[model], base, base).sel(force="z", motion="z")
+    way = "x" if base == "backrest" else "z"
+    return apparent_mass(vibration.responses[model], base, base).sel(force=way, motion=way)
 
 
 def modes_in_range(vibration: Vibration, modes: tuple[Mode, ...]) -> list[Mode]:
@@ -80,13 +81,17 @@ def modes_in_range(vibration: Vibration, modes: tuple[Mode, ...]) -> list[Mode]:
 
 
 def mass_shares(vibration: Vibration, mode: Mode) -> dict[str, float]:
-    """Share of all that moves over the base which does so in a mode, by the base's direction."""
+    """Share of all that moves over the base which does so in a mode, by the base's direction.
+
+    None where the base pushes through springs alone, as a backrest of foam does: it carries no
+    mass.
+    """
     place = {port.name: i for i, port in enumerate(vibration.system.inputs)}
     of_all: Array = np.sum([each.effective_mass for each in vibration.undamped], axis=0)
     return {
         axis: float(mode.effective_mass[i] / of_all[i])
         for axis in WAYS
-        if (i := place.get(f"{vibration.base} {axis}")) is not None
+        if (i := place.get(f"{vibration.base} {axis}")) is not None and of_all[i] > 0.0
     }
 
 

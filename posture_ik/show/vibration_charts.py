@@ -37,7 +37,7 @@ _TABLES = ("section_3_3", "section_6_1")
 #: A line has at most about so many points; peaks are told from every frequency.
 _POINTS = 800
 #: What is smaller than this, in any unit, is said in words: left and right hardly differ.
-_NOTHING = 1e-3
+NOTHING = 1e-3
 
 #: Charts by what is chosen on the page, one button after the other.
 Choice = dict[str, Any]
@@ -77,7 +77,7 @@ def force_charts(vibration: Vibration) -> Choice:
     """
     charts: Choice = {}
     printed = printed_peaks(vibration)
-    for place in _interfaces(vibration.response):
+    for place in sorted(_interfaces(vibration.response), key=vibration.base.__ne__):
         there = {
             name: data for name, data in vibration.responses.items() if place in _interfaces(data)
         }
@@ -134,7 +134,8 @@ def _curves(parts: Mapping[str, xr.DataArray], pair: Mapping[str, str]) -> dict[
 
 def printed_peaks(vibration: Vibration) -> dict[tuple[str, str, str], dict[str, Published]]:
     """Peaks that the source prints of the same person and seat, by input, output and unit."""
-    problem, found = vibration.problem, {}
+    problem = vibration.problem
+    found: dict[tuple[str, str, str], dict[str, Published]] = {}
     sits = {"backrest": problem.seat.backrest, "cushion": problem.seat.cushion}
     if problem.seat.recline_deg or problem.subject != Subject():
         return {}
@@ -157,7 +158,7 @@ def _chart(
     highest = max(float(size.max()) for size in sizes.values())
     figure = _lines(vibration, sizes, unit)
     figure["layout"]["yaxis"] |= {"rangemode": "tozero"}
-    if highest < _NOTHING:
+    if highest < NOTHING:
         figure["layout"]["yaxis"] |= {"range": [0.0, 1.0]}
         figure["layout"]["annotations"] = [
             _middle(f"hardly anything: at most {highest:.1g} {unit}")
@@ -165,11 +166,12 @@ def _chart(
         return figure
     peak = peak_of(sizes[vibration.asked.model])
     printed = printed or {}
-    top = 1.18 * max(highest, *(each.size for each in printed.values()))
+    top = 1.18 * max(highest, *(each.size for each in printed.values()), 0.0)
     figure["layout"]["yaxis"] |= {"range": [0.0, top]}
     figure["layout"]["annotations"] = [_told(peak)]
     for name, published in printed.items():
-        _mark(figure, name, published)
+        colour = model_colours(vibration).get(published.model, _PRINTED)
+        _mark(figure, name, published, colour)
     return figure
 
 
@@ -178,7 +180,7 @@ def _phase(vibration: Vibration, curves: Mapping[str, xr.DataArray]) -> Figure:
     turned = {
         name: xr.DataArray(np.degrees(np.unwrap(np.angle(curve))), coords=curve.coords)
         for name, curve in curves.items()
-        if float(np.abs(curve).max()) >= _NOTHING
+        if float(np.abs(curve).max()) >= NOTHING
     }
     figure = _lines(vibration, turned, "degrees")
     figure["layout"]["yaxis"] |= {"tick0": 0, "dtick": 90} if _spans(turned) < 900.0 else {}
@@ -231,15 +233,15 @@ def _told(peak: Peak) -> Figure:
     }
 
 
-def _mark(figure: Figure, name: str, printed: Published) -> None:
+def _mark(figure: Figure, name: str, printed: Published, colour: str) -> None:
     """Add a peak that the source prints: a ring, or a line where it has no frequency."""
     if printed.frequency is None:
         line = {"type": "line", "xref": "paper", "x0": 0, "x1": 1}
         line |= {"y0": printed.size, "y1": printed.size}
-        line |= {"line": {"color": _PRINTED, "width": 1.3, "dash": "dot"}}
+        line |= {"line": {"color": colour, "width": 1.3, "dash": "dot"}}
         figure["layout"].setdefault("shapes", []).append(line)
         return
-    ring = {"symbol": "circle-open", "size": 12, "color": _PRINTED, "line": {"width": 2}}
+    ring = {"symbol": "circle-open", "size": 12, "color": colour, "line": {"width": 2}}
     figure["data"].append(
         {
             "type": "scatter",

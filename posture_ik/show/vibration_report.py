@@ -21,6 +21,7 @@ from posture_ik.show.resonance import (
     seat_in_words,
 )
 from posture_ik.show.vibration_charts import (
+    NOTHING,
     force_charts,
     model_colours,
     motion_charts,
@@ -67,7 +68,8 @@ def render_vibration_report(vibration: Vibration) -> str:
             "damped": _modes(vibration, vibration.damped),
             "undamped": _modes(vibration, vibration.undamped),
         },
-        ways={way: WAYS[way] for way in mass_shares(vibration, vibration.undamped[0])},
+        ways={way: WAYS[way] for way in head_peaks(vibration, vibration.asked.model)},
+        shares=list(mass_shares(vibration, vibration.undamped[0])),
         last=f"{float(vibration.response['frequency'][-1]):g}",
         checks=checks,
         assumptions=_assumptions(vibration),
@@ -93,6 +95,8 @@ def _asked(vibration: Vibration) -> list[str]:
         lines.append("with" if asked.gravity else "without")
         lines[-1] += " the stiffness of weight"
         lines += ["with that of holding forces"] if asked.prestress else []
+    if asked.parameters != "source" and "finite_element" in vibration.responses:
+        lines.append(f"finite elements with {asked.parameters} parameters")
     return lines
 
 
@@ -107,6 +111,7 @@ def _cards(vibration: Vibration) -> list[Row]:
             "more": f"most, {peak}",
         }
         for axis, peak in head_peaks(vibration, model).items()
+        if peak.value > NOTHING
     ]
     mass = mass_on_base(vibration, model)
     most, lowest = peak_of(mass), float(mass["frequency"][0])
@@ -223,6 +228,11 @@ def _assumptions(vibration: Vibration) -> list[str]:
         lines.append(
             "The backrest holds the mean motion of its vertebrae, as if the back never left it, "
             f"and along it the back {'is held by spring and damper' if held else 'slides'}."
+        )
+    if vibration.base == "backrest":
+        lines.append(
+            "The backrest moves along its own axes: fore-and-aft is square to it, vertical along "
+            "it. Links are told along the world's."
         )
     if seat.cushion is not None:
         lines.append("Seat and cushion give up and down alone; else they move with the floor.")

@@ -214,7 +214,7 @@ def travel(name: str, components: Sequence[str], motion: Array) -> Readout:
     """Read out a motion (k, n), its rate and acceleration, such as `Head velocity z`."""
     none = np.zeros_like(motion)
     orders = "", "velocity ", "acceleration "
-    rates = "", "/s", "/s^2"
+    rates = "", "/s", "/s²"
     ports = tuple(
         Port(f"{name} {order}{c}", ("rad" if c.startswith("r") else "m") + rate)
         for order, rate in zip(orders, rates, strict=True)

@@ -26,9 +26,8 @@ def test_report_opens_offline_and_answers(
     models = 3
     assert lines("magnitude_z") == lines("phase_z") == lines("mass") == lines("power_z") == models
     assert lines("magnitude_x") == models - 1, "the lumped model moves up and down alone"
-    assert page.locator("#magnitude_z .scatterlayer .point").count() == 1, "the printed peak"
-    first = page.locator("#frame").get_by_role("button", name="Cushion")
-    first.click()
+    assert page.locator("#magnitude_z .scatterlayer .point").count() >= 1, "a printed peak"
+    page.locator("#frame").get_by_role("button", name="Cushion").click()
     assert page.locator("#magnitude_z").is_visible()
     assert not page.locator("#magnitude_x").is_visible(), "the cushion gives up and down alone"
     page.locator("#frame").get_by_role("button", name="Head").click()

@@ -186,8 +186,9 @@ def test_page_is_given_the_modes_below_20_hz(free: Vibration) -> None:
     page = shown(free)
     for kind, modes in (("undamped", free.undamped), ("damped", free.damped)):
         given = page["kinds"][kind]
-        assert [mode["frequency"] for mode in given] == [mode.frequency for mode in modes[:20]]
-        assert [mode["symmetry"] for mode in given] == [mode.symmetry for mode in modes[:20]]
+        below = [m for m in modes if m.frequency <= 20.0 and m.eigenvalue.imag > 0.0][:20]
+        assert [mode["frequency"] for mode in given] == [mode.frequency for mode in below]
+        assert [mode["symmetry"] for mode in given] == [mode.symmetry for mode in below]
         assert all(mode["frequency"] <= 20.0 for mode in given)
     head = link_motions(free, ["Head"])["Head"]
     mode, shape = page["kinds"]["damped"][3], head @ free.damped[3].shape

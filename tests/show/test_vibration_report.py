@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import json
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -238,6 +239,20 @@ def test_from_the_floor_through_seat_and_cushion() -> None:
     assert "Multibody" in lines
     assert "Cocco 2019, floor to head" in lines
     assert {"Seat", "Floor"} <= set(force_charts(cushioned))
+
+
+def test_a_backrest_of_foam_moves_the_head_and_carries_no_mass() -> None:
+    pushed = shaken("vibration_reclined_foam", 'vibration.input="backrest"', "vibration.beside=[]")
+    page = render_vibration_report(pushed)
+    top = page[: page.index("<h2>")]
+    assert "Head, fore-and-aft" in top
+    assert "Head, vertical" not in top, "along the back it slides"
+    assert "Mass that moves" not in page
+    record = vibration_record(pushed)
+    assert "NaN" not in json.dumps(record)
+    own = response(pushed, "backrest force x", "backrest x")
+    mass = np.abs(own) / (2 * np.pi * pushed.response["frequency"].values) ** 2
+    assert record["responses"]["multibody"]["apparent_mass"]["peak_kg"] == pytest.approx(mass.max())
 
 
 def test_one_frequency_makes_a_page_too() -> None:
