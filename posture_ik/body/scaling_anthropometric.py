@@ -102,8 +102,8 @@ def _mass_on_seat(subject: Subject, corrections: Corrections) -> float:
         sum(share for region, share in _shares_of(who).items() if region != "cervical")
         for who in (subject, REFERENCE)
     )
-    fraction = shares / men * corrections.share(subject)
-    return sum(_table_masses().values()) * subject.weight / REFERENCE.weight * fraction
+    share = sum(_table_masses().values()) / REFERENCE.weight * shares / men
+    return subject.weight * min(share * corrections.share(subject), 1.0)
 
 
 def _shares_of(subject: Subject) -> dict[str, float]:
