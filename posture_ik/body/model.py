@@ -14,8 +14,11 @@ import pinocchio as pin
 
 from posture_ik.body.geometry import BodyGeometry
 from posture_ik.body.load import load_model
+from posture_ik.body.parts import Vector
 from posture_ik.body.scaling import REFERENCE
 from posture_ik.body.urdf import write_urdf
+
+_AXES = np.eye(3)
 
 
 def model_of(geometry: BodyGeometry) -> pin.Model:
@@ -26,7 +29,7 @@ def model_of(geometry: BodyGeometry) -> pin.Model:
     where = {"seat": (0, pin.SE3.Identity())}
     for joint in geometry.joints:
         carrier, place = where[joint.parent]
-        place = place * pin.SE3(pin.rpy.rpyToMatrix(*joint.rpy), np.array(joint.xyz))
+        place = place * pin.SE3(_rotation(joint.rpy), np.array(joint.xyz))
         weight = pin.Inertia.Zero()
         if joint.child in geometry.inertias:
             weight = pin.Inertia(*geometry.inertias[joint.child])
@@ -47,6 +50,14 @@ def model_of(geometry: BodyGeometry) -> pin.Model:
     model.upperPositionLimit = np.array([geometry.upper[dof] for dof in dofs])
     model.damping = np.array([geometry.damping[dof] for dof in dofs])
     return model
+
+
+def _rotation(rpy: Vector) -> pin.Quaternion:
+    """By the quaternion that a URDF's reader makes of three angles, so equal to the last digit."""
+    x, y, z = (pin.AngleAxis(angle, axis) for angle, axis in zip(rpy, _AXES, strict=True))
+    turn = pin.Quaternion(z) * pin.Quaternion(y) * pin.Quaternion(x)
+    turn.normalize()
+    return turn
 
 
 @cache

@@ -13,7 +13,7 @@ point p carried by it has the velocity a_k + w_k x (p - o_k). Jacobians, mass ma
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from threading import local
 from typing import ClassVar
@@ -49,28 +49,31 @@ class Structure:
     frames: tuple[tuple[str, int, bool, bool], ...]
 
 
-_UNTURNED = np.eye(3)
+def _turned(placements: Sequence[pin.SE3]) -> tuple[bool, ...]:
+    rotations = np.array([placement.rotation for placement in placements])
+    return tuple(bool(turned) for turned in (rotations != np.eye(3)).any(axis=(1, 2)))
 
 
-def _turned(placement: pin.SE3) -> bool:
-    return bool((placement.rotation != _UNTURNED).any())
-
-
-def _shifted(placement: pin.SE3) -> bool:
-    return bool(placement.translation.any())
+def _shifted(placements: Sequence[pin.SE3]) -> tuple[bool, ...]:
+    translations = np.array([placement.translation for placement in placements])
+    return tuple(bool(shifted) for shifted in translations.any(axis=1))
 
 
 def read_structure(model: pin.Model) -> Structure:
     """Read off a model what its graph depends on."""
+    placements = [frame.placement for frame in model.frames]
+    names = [(frame.name, frame.parentJoint) for frame in model.frames]
     return Structure(
         parents=tuple(model.parents),
         joints=tuple(read_joint(model.joints[i], model.names[i]) for i in range(1, model.njoints)),
-        turned=tuple(_turned(placement) for placement in model.jointPlacements),
-        shifted=tuple(_shifted(placement) for placement in model.jointPlacements),
+        turned=_turned(model.jointPlacements),
+        shifted=_shifted(model.jointPlacements),
         heavy=tuple(inertia.mass > 0 for inertia in model.inertias),
         frames=tuple(
-            (f.name, f.parentJoint, _turned(f.placement), _shifted(f.placement))
-            for f in model.frames
+            (*name, turned, shifted)
+            for name, turned, shifted in zip(
+                names, _turned(placements), _shifted(placements), strict=True
+            )
         ),
     )
 

@@ -147,6 +147,11 @@ class Subject(Block):
 
     @model_validator(mode="after")
     def _measured_of_this_person(self) -> Subject:
+        if self.scaling != "anthropometric" and self.measured != Measured():
+            raise ValueError(
+                f"measured counts for nothing where scaling = {self.scaling!r}, one stretch of "
+                'the whole body; leave it out, or take scaling = "anthropometric"'
+            )
         lengths = self.measured.lengths()
         person = (self.gender, self.age, self.stature, self.weight)
         for name, (low, high) in (

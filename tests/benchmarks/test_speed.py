@@ -43,6 +43,19 @@ def test_build_body(benchmark: Benchmark) -> None:
 
 
 @pytest.mark.benchmark(group="build")
+def test_new_person(benchmark: Benchmark, body: pik.Body) -> None:
+    """Body, posture and linear model of someone new, with every graph built already."""
+    problem, people = pik.load_problem("reclined_15"), iter(pik.sample_people(200, seed=1))
+    pik.linearise(body, pik.solve_posture(body, problem), problem)
+
+    def someone_new() -> pik.LinearSystem:
+        new = pik.build_body(next(people))
+        return pik.linearise(new, pik.solve_posture(new, problem), problem)
+
+    benchmark.pedantic(someone_new, rounds=20)
+
+
+@pytest.mark.benchmark(group="build")
 def test_cold_solve(benchmark: Benchmark, body: pik.Body) -> None:
     """Twin, program and solver built, then solved."""
     problem = pik.load_problem("reclined_15")
