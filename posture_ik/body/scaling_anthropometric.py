@@ -13,7 +13,8 @@ II (`posture_ik.anthropometry`); a factor is the subject's length over the refer
 Masses are table 9's grown with weight, and for women with what their segments are of the body over
 what men's are (de Leva 1996). Together they are the share of the weight that the seat carries: of
 head, trunk, arms and part of the thighs. Measured masses stand as given, and the rest of that share
-is the other regions'.
+is the other regions'. Stiffness and damping change with load, age and build as
+`posture_ik.body.corrections` has it.
 """
 
 from __future__ import annotations
