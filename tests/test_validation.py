@@ -112,11 +112,21 @@ def test_a_backrest_takes_weight_off_the_seat_and_stiffens(results):
 
 
 def test_halves_the_errors_of_the_sources_model(results):
-    """Of masses in every table; the resonance cannot be (docs/scaling.md says why)."""
+    """In peak and static mass together everywhere; in resonance where the tables allow it.
+
+    Tables 15 and 24 contradict each other there, and the source's own 3.8 % for the BMI rows is
+    half scatter (5.1, 4.7, 5.0 and 4.9 Hz).
+    """
+    compared = 0
     for row in mean_errors(results):
-        if row["table"] in (15, 17, 24) and row["measured"] is not None:
-            ours, theirs = row["measured"], row["thesis_measured"]
-            assert ours[1:].sum() < 0.55 * theirs[1:].sum()
+        if row["table"] not in (15, 17, 24) or row["measured"] is None:
+            continue
+        ours, theirs = row["measured"], row["thesis_measured"]
+        assert ours[1:].sum() < 0.5 * theirs[1:].sum()
+        if row["condition"] in ("rigid_upright", "age", "gender"):
+            assert ours[0] < 0.5 * theirs[0]
+        compared += 1
+    assert compared == 5
 
 
 def test_is_the_vibration_that_the_problem_gives():

@@ -5,7 +5,7 @@ four numbers of the `anthropometric` law (`tools/identify_corrections.py`; docs/
 residuals, the confidence intervals and the error on rows left out). None changes anything in the
 reference subject.
 
-    share of the weight on the seat   ∝ 1 + s (BMI − BMI₀)
+    share of the weight on the seat   ∝ (BMI / BMI₀)^s, and at most all of it
     elastic modulus                   ∝ l (BMI / BMI₀)^b exp(a (age − 30)/10)
     viscous modulus                   ∝ l (BMI / BMI₀)^d
 
@@ -30,13 +30,13 @@ class Corrections(NamedTuple):
     """The law's numbers; `identified()` gives those that ship.
 
     Attributes:
-        share_per_bmi: s, m²/kg.
+        share_bmi: s.
         stiffness_bmi: b.
         stiffness_per_decade: a.
         damping_bmi: d.
     """
 
-    share_per_bmi: float
+    share_bmi: float
     stiffness_bmi: float
     stiffness_per_decade: float
     damping_bmi: float
@@ -49,7 +49,7 @@ class Corrections(NamedTuple):
 
     def share(self, subject: Subject) -> float:
         """Factor on the share of the weight that the seat carries."""
-        return 1.0 + self.share_per_bmi * (subject.body_mass_index - REFERENCE.body_mass_index)
+        return float(_heavier(subject) ** self.share_bmi)
 
     def modulus(self, subject: Subject, pressure: float) -> float:
         """Factor on stiffness, posture's tension included."""
@@ -61,5 +61,8 @@ class Corrections(NamedTuple):
         return self._tissue(subject, pressure, self.damping_bmi)
 
     def _tissue(self, subject: Subject, pressure: float, power: float) -> float:
-        heavier = subject.body_mass_index / REFERENCE.body_mass_index
-        return float(pressure * heavier**power)
+        return float(pressure * _heavier(subject) ** power)
+
+
+def _heavier(subject: Subject) -> float:
+    return subject.body_mass_index / REFERENCE.body_mass_index

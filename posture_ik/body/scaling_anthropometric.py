@@ -13,7 +13,8 @@ II (`posture_ik.anthropometry`); a factor is the subject's length over the refer
 Masses are table 9's grown with weight, and for women with what their segments are of the body over
 what men's are (de Leva 1996). Together they are the share of the weight that the seat carries: of
 head, trunk, arms and part of the thighs. Measured masses stand as given, and the rest of that share
-is the other regions'.
+is the other regions'. Stiffness and damping change with load, age and build as
+`posture_ik.body.corrections` has it.
 """
 
 from __future__ import annotations
@@ -102,8 +103,8 @@ def _mass_on_seat(subject: Subject, corrections: Corrections) -> float:
         sum(share for region, share in _shares_of(who).items() if region != "cervical")
         for who in (subject, REFERENCE)
     )
-    fraction = shares / men * corrections.share(subject)
-    return sum(_table_masses().values()) * subject.weight / REFERENCE.weight * fraction
+    share = sum(_table_masses().values()) / REFERENCE.weight * shares / men
+    return subject.weight * min(share * corrections.share(subject), 1.0)
 
 
 def _shares_of(subject: Subject) -> dict[str, float]:
