@@ -51,12 +51,12 @@ class Structure:
 
 def _turned(placements: Sequence[pin.SE3]) -> tuple[bool, ...]:
     rotations = np.array([placement.rotation for placement in placements])
-    return tuple(bool(turned) for turned in (rotations != np.eye(3)).any(axis=(1, 2)))
+    return tuple(any(entries) for entries in (rotations != np.eye(3)).reshape(-1, 9).tolist())
 
 
 def _shifted(placements: Sequence[pin.SE3]) -> tuple[bool, ...]:
     translations = np.array([placement.translation for placement in placements])
-    return tuple(bool(shifted) for shifted in translations.any(axis=1))
+    return tuple(any(entries) for entries in translations.tolist())
 
 
 def read_structure(model: pin.Model) -> Structure:
