@@ -111,7 +111,7 @@ BAD = {
     "stature as weight": (changed("subject.weight=1.8"), r"weight 1\.8 kg.*is it the stature"),
     "more than a thigh": (
         changed("subject.thigh_on_seat=1.4"),
-        r"subject\.thigh_on_seat = 1\.4.*1",
+        r"thigh_on_seat = 1\.4.*1",
     ),
     "no tension at all": (changed("subject.tension=0"), r"subject\.tension = 0.*greater than 0"),
     "bmi beside weight": (changed("subject.bmi=25"), "bmi gives the weight too"),
