@@ -109,6 +109,11 @@ BAD = {
     "stature in inches": (changed("subject.stature=71"), r"did you mean 1\.803 m\? 71 fits as in"),
     "stature in feet": (changed("subject.stature=5.9"), r"did you mean 1\.798 m\? 5\.9 fits as ft"),
     "stature as weight": (changed("subject.weight=1.8"), r"weight 1\.8 kg.*is it the stature"),
+    "more than a thigh": (
+        changed("subject.thigh_on_seat=1.4"),
+        r"thigh_on_seat = 1\.4.*1",
+    ),
+    "no tension at all": (changed("subject.tension=0"), r"subject\.tension = 0.*greater than 0"),
     "bmi beside weight": (changed("subject.bmi=25"), "bmi gives the weight too"),
     "bmi of nobody": (person("bmi = 60"), "bmi = 60 must be a number between 14 and 55"),
     "bmi of a giant": (person("bmi = 25\nstature = 180"), r"stature = 180.*did you mean 1\.8 m"),

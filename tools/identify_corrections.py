@@ -254,9 +254,9 @@ def _page(record: dict[str, Any]) -> str:
     lines += [
         "",
         "Tables 15 and 24 disagree: the mean subject resonates at 4.56 Hz in the one, and people",
-        "like him at 4.9 Hz in the other. No law of the person alone meets both, and the errors of",
-        "table 15's resonances are not halved. Its lightest row has more on the seat than it weighs",
-        "(49.6 kg of 46 kg): the law stops at all of the weight.",
+        "like him at 4.9 Hz in the other. No law of the person alone meets both; the errors of",
+        "table 15's resonances are not halved. Its lightest row has more on the seat than it",
+        "weighs (49.6 kg of 46 kg): the law stops at all of the weight.",
         "",
         "Two of the numbers are no law's: how much of their thighs the people measured had on the",
         "seat, and how stiff they sat or how weak their vibration was, over the reference subject.",
@@ -268,8 +268,8 @@ def _page(record: dict[str, Any]) -> str:
         "(`tools/fit_scaling_thesis.py`, `posture_ik/body/data/thesis_scaling.csv`). Its chapter 5",
         "supposes a base model that is 3.5 % lighter and has a fifth less damping than tables 8-12",
         "give here, before any scaling. With that made up for (`chapter_5`), resonances are met to",
-        "0.05 Hz, peaks to 1.9 % and static masses to 2.1 %; the law alone, which returns the tables",
-        "for the source's reference person, is off by up to 0.15 Hz, 3.9 % and 5.8 %.",
+        "0.05 Hz, peaks to 1.9 % and static masses to 2.1 %; the law alone, which gives the tables",
+        "back for the source's reference person, is off by up to 0.15 Hz, 3.9 % and 5.8 %.",
         "",
     ]
     return "\n".join(lines)

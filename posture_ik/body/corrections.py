@@ -25,6 +25,9 @@ from posture_ik.body.scaling import REFERENCE
 from posture_ik.body.tables import table
 from posture_ik.problem import Subject
 
+#: From this age on, years, the measurements tell no more: the oldest group of table 24 is of 53.
+OLDEST = 65.0
+
 
 class Corrections(NamedTuple):
     """The law's numbers; `identified()` gives those that ship.
@@ -53,7 +56,8 @@ class Corrections(NamedTuple):
 
     def modulus(self, subject: Subject, pressure: float) -> float:
         """Factor on stiffness, posture's tension included."""
-        aged = exp(self.stiffness_per_decade * (subject.age - REFERENCE.age) / 10)
+        decades = (min(subject.age, OLDEST) - REFERENCE.age) / 10
+        aged = exp(self.stiffness_per_decade * decades)
         return subject.tension * aged * self._tissue(subject, pressure, self.stiffness_bmi)
 
     def viscosity(self, subject: Subject, pressure: float) -> float:
