@@ -267,7 +267,7 @@ def _page(record: dict[str, Any]) -> str:
         "`scaling = \"thesis\"` has λ's fitted to the source's own open results",
         "(`tools/fit_scaling_thesis.py`, `posture_ik/body/data/thesis_scaling.csv`). Its chapter 5",
         "supposes a base model that is a little lighter and has a fifth less damping than tables",
-        "8-12 give here, before any scaling (the column `base`). With that made up for (`chapter_5`)",
+        "8-12 give here before all scaling (column `base`). With that made up for (`chapter_5`)",
         "every row is met within 0.1 Hz and 3 % (`thesis_scaling_record.json` has each of them).",
         "The law alone gives the tables back for the source's reference person, and so is off by",
         "what that base differs.",

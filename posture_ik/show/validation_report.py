@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -45,7 +46,7 @@ def write_validation_report(results: list[Result], path: Path | str) -> None:
     page = template("validation.html").render(
         charts=charts,
         means=[_mean_row(row) for row in mean_errors(results)],
-        rows=[_row(result) for result in results],
+        rows=[_row(result) for result in _told(results)],
         plotly=get_plotlyjs(),
     )
     with whole_file(Path(path)) as scratch:
@@ -53,18 +54,33 @@ def write_validation_report(results: list[Result], path: Path | str) -> None:
 
 
 def validation_summary(results: list[Result]) -> list[Table]:
-    """Every row, and the mean errors of each table, for a terminal."""
-    rows = Table(title="Resonance (Hz), peak and static apparent mass (kg), errors (%)")
-    means = Table(title="Mean errors of resonance, peak and static, %")
-    for table, lines in (
-        (rows, [_row(result) for result in results]),
-        (means, [_mean_row(mean) for mean in mean_errors(results)]),
-    ):
-        for column in lines[0]:
-            table.add_column(column, no_wrap=True)
-        for line in lines:
-            table.add_row(*line.values())
-    return [rows, means]
+    """Resonance (Hz), peak and static mass (kg) of every person, and mean errors (%)."""
+    tables: list[Table] = []
+    for result in _told(results):
+        row = _row(result)
+        del row["error to thesis"]  # a terminal is narrow
+        title = f"\nTable {row.pop('table')}: {row.pop('condition')}"
+        if not tables or tables[-1].title != title:
+            tables.append(_table(title, row))
+        tables[-1].add_row(*row.values())
+    means = [_mean_row(mean) for mean in mean_errors(results)]
+    tables.append(_table("\nMean errors of resonance, peak and static, %", means[0]))
+    for mean in means:
+        tables[-1].add_row(*mean.values())
+    return tables
+
+
+def _table(title: str, columns: Iterable[str]) -> Table:
+    table = Table(title=title, title_justify="left", box=None, expand=False)
+    for column in columns:
+        table.add_column(column.replace(" to ", "\nto "), no_wrap=True)
+    return table
+
+
+def _told(results: list[Result]) -> list[Result]:
+    """One result for each person: table 25 has those of table 24 over again, but for one."""
+    persons = {(r.case.condition, r.case.row, r.case.kind): r for r in results[::-1]}
+    return [r for r in results if persons[r.case.condition, r.case.row, r.case.kind] is r]
 
 
 def _row(result: Result) -> dict[str, str]:
@@ -101,7 +117,7 @@ def _label(result: Result) -> str:
 def _three(numbers: Numbers | None) -> str:
     if numbers is None:
         return ""
-    return f"{numbers.resonance:.2f}, {numbers.peak:.1f}, {numbers.static:.1f}"
+    return f"{numbers.resonance:.2f}, {numbers.peak:.0f}, {numbers.static:.0f}"
 
 
 def _percents(errors: Any) -> str:
