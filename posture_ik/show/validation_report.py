@@ -63,7 +63,7 @@ def validation_summary(results: list[Result]) -> list[Table]:
         if not tables or tables[-1].title != title:
             tables.append(_table(title, row))
         tables[-1].add_row(*row.values())
-    means = [_mean_row(mean) for mean in mean_errors(results) if mean["measured"]]
+    means = [_mean_row(mean) for mean in mean_errors(results) if mean["measured"] is not None]
     for mean in means:
         del mean["ours to thesis"]
     tables.append(_table("\nMean errors of resonance, peak and static, %", means[0]))
