@@ -1,14 +1,34 @@
-"""Write files and folders whole or not at all."""
+"""Write files and folders whole or not at all; read TOML with faults in one sentence."""
 
 from __future__ import annotations
 
 import os
 import tempfile
+import tomllib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
-from posture_ik.errors import UnwritableOutput
+from posture_ik.errors import BadProblem, UnwritableOutput
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """Read a TOML file.
+
+    Raises:
+        BadProblem: it is missing, cannot be read, or is not TOML in UTF-8.
+    """
+    try:
+        return tomllib.loads(path.read_bytes().decode("utf-8"))
+    except FileNotFoundError:
+        raise BadProblem(str(path), "there is no such file") from None
+    except OSError as error:
+        raise BadProblem(str(path), f"cannot be read ({error.strerror})") from None
+    except UnicodeDecodeError:
+        raise BadProblem(str(path), "is not a text file in UTF-8") from None
+    except tomllib.TOMLDecodeError as error:
+        raise BadProblem(str(path), f"is not valid TOML: {error}") from None
 
 
 @contextmanager

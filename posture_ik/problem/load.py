@@ -9,6 +9,7 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from posture_ik.errors import BadProblem, nearest
+from posture_ik.files import read_toml
 from posture_ik.problem.block import Block
 from posture_ik.problem.blocks import (
     FoamBack,
@@ -63,7 +64,9 @@ def load_problem(name: str | Path, overrides: tuple[str, ...] = ()) -> Problem:
         raise BadProblem(
             str(name), f"no example problem has this name; {nearest(str(name), examples)}"
         )
-    data = _read_toml(path)
+    data = read_toml(path)
+    if not data:
+        raise BadProblem(str(path), "is empty; a problem needs at least one [[task]]")
     _anchor_urdf(data, path.parent)
     for override in overrides:
         _set(data, override)
@@ -79,23 +82,6 @@ def _anchor_urdf(data: dict[str, Any], folder: Path) -> None:
     subject = data.get("subject")
     if isinstance(subject, dict) and isinstance(subject.get("urdf"), str):
         subject["urdf"] = str((folder / subject["urdf"]).resolve())
-
-
-def _read_toml(path: Path) -> dict[str, Any]:
-    try:
-        text = path.read_bytes().decode("utf-8")
-        data = tomllib.loads(text)
-    except FileNotFoundError:
-        raise BadProblem(str(path), "there is no such file") from None
-    except OSError as error:
-        raise BadProblem(str(path), f"cannot be read ({error.strerror})") from None
-    except UnicodeDecodeError:
-        raise BadProblem(str(path), "is not a text file in UTF-8") from None
-    except tomllib.TOMLDecodeError as error:
-        raise BadProblem(str(path), f"is not valid TOML: {error}") from None
-    if not data:
-        raise BadProblem(str(path), "is empty; a problem needs at least one [[task]]")
-    return data
 
 
 def _set(data: dict[str, Any], override: str) -> None:

@@ -19,7 +19,6 @@ The six of the source's table 7 ship as TOML files; a user writes others in the 
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 from typing import Annotated
 
@@ -28,6 +27,7 @@ from pydantic import Field, ValidationError, model_validator
 
 from posture_ik.arrays import Array
 from posture_ik.errors import BadProblem, nearest
+from posture_ik.files import read_toml
 from posture_ik.problem import Cushion
 from posture_ik.problem.block import Block
 from posture_ik.vibration.network import (
@@ -133,15 +133,7 @@ def load_lumped(name: str | Path) -> LumpedModel:
             )
         path = known[str(name)]
     try:
-        return LumpedModel.model_validate(tomllib.loads(path.read_bytes().decode("utf-8")))
-    except FileNotFoundError:
-        raise BadProblem(str(path), "there is no such file") from None
-    except OSError as error:
-        raise BadProblem(str(path), f"cannot be read ({error.strerror})") from None
-    except UnicodeDecodeError:
-        raise BadProblem(str(path), "is not a text file in UTF-8") from None
-    except tomllib.TOMLDecodeError as error:
-        raise BadProblem(str(path), f"is not valid TOML: {error}") from None
+        return LumpedModel.model_validate(read_toml(path))
     except ValidationError as error:
         raise BadProblem(path.name, _one_sentence(error)) from None
 
