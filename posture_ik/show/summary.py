@@ -19,7 +19,10 @@ def summary(posture: Posture) -> Group:
     head = Table(title=posture.problem.title, title_justify="left", show_header=False, box=None)
     head.add_column(style="dim")
     head.add_column()
-    head.add_row("strain energy", f"{posture.elastic_energy:.4g} J")
+    head.add_row(
+        "strain energy",
+        f"{posture.elastic_energy:.4g} J" if posture.elastic_energy > 1e-12 else "none",
+    )
     if posture.problem.posture.gravity:
         head.add_row("weight's potential", f"{posture.gravity_energy:.5g} J")
     solved = f"{posture.iterations} iterations, {1e3 * posture.seconds:.1f} ms"
@@ -32,7 +35,9 @@ def summary(posture: Posture) -> Group:
             f"least curvature {certificate.curvature:.2g}",
         ),
     )
-    return Group(head, "", _forces(posture), "", _joints(posture), *_limits(posture))
+    # What is left of rounding is no energy.
+    joints = ["", _joints(posture)] if posture.elastic_energy > 1e-12 else []
+    return Group(head, "", _forces(posture), *joints, *_limits(posture))
 
 
 def _forces(posture: Posture) -> Table:

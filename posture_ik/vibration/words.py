@@ -92,6 +92,8 @@ def _part(name: str) -> str:
         words = _BENDS if "_" in body else _MOVES
         where = _region(body) if "_" in body else _place(upper)
         return f"{words.get(component, 'motion of')} the {where}"
+    if name in ("seat z", "cushion z"):
+        return f"{_MOVES['z']} the {body}"
     return f"motion of {name}"
 
 
