@@ -36,8 +36,8 @@ def summary(posture: Posture) -> Group:
         ),
     )
     # What is left of rounding is no energy.
-    joints = ["", _joints(posture)] if posture.elastic_energy > 1e-12 else []
-    return Group(head, "", _forces(posture), *joints, *_limits(posture))
+    joints = _joints(posture) if posture.elastic_energy > 1e-12 else Text("Every joint rests.")
+    return Group(head, "", _forces(posture), "", joints, *_limits(posture))
 
 
 def _forces(posture: Posture) -> Table:
