@@ -517,7 +517,7 @@ BAD = {
         ][1],
         "cannot write here",
     ),
-    "unknown export": (command("export", "upright", "--to", "step"), "--to step.*urdf and mbdyn"),
+    "unknown export": (command("export", "upright", "--to", "step"), "--to step.*urdf, mbdyn, nastran"),
     "identify what there is not": (command("identify", "nothing"), "'nothing'.*'calibrated'"),
     "unknown command": (command("sovle", "upright"), "sovle"),
     "unknown option": (command("solve", "upright", "--gravty"), "--gravty"),
