@@ -116,7 +116,10 @@ def changed_model(
         problem = with_numbers(problem, {path: value})
     if seated is None:
         lumped = load_lumped(asked.model.removeprefix("lumped:"))
-        if kind == "lumped":
+        part, _, mass = name.partition(".")
+        if part == "masses":  # of any name, dots and all
+            lumped = lumped.model_copy(update={part: lumped.masses | {mass: value}})
+        elif kind == "lumped":
             lumped = with_numbers(lumped, {name: value})
         return build_lumped(lumped, problem.seat.cushion)
     if kind == "subject" or path == "seat.recline_deg":

@@ -34,7 +34,7 @@ class Sensitivity:
     Attributes:
         problem: what was asked.
         stable: whether the model is.
-        base: what moves, such as `seat z`.
+        moved: what moves, such as `seat z`.
         parameters: P of them; `responses`: R.
         derivative: (P, R), unit of the response over that of the parameter.
         disagreement: |D(h) - D(h/2)|, (P, R), as the derivative.
@@ -44,7 +44,7 @@ class Sensitivity:
 
     problem: Problem
     stable: bool
-    base: str
+    moved: str
     parameters: tuple[Parameter, ...]
     responses: tuple[Response, ...]
     derivative: Array
@@ -67,6 +67,11 @@ class Sensitivity:
         values = np.array([response.value for response in self.responses])
         share: Array = self.disagreement * steps[:, None] / values
         return share
+
+    @property
+    def largest_miss(self) -> float:
+        """The largest `miss`, of all that is a number."""
+        return float(np.nanmax(self.miss, initial=0.0))
 
     def records(self) -> list[dict[str, Any]]:
         """A row for each response and parameter, for machines; None where a peak is lost."""

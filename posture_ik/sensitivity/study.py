@@ -33,7 +33,7 @@ _FINE = 0.1
 
 def sensitivity(
     problem: Problem,
-    frequency: float | None = None,
+    at: float | None = None,
     tell: Callable[[int, int], None] = lambda done, of: None,
 ) -> Sensitivity:
     """Find what the resonance, the apparent mass and the head's motion hang on.
@@ -45,19 +45,19 @@ def sensitivity(
 
     Args:
         problem: who sits where, and of which model; `vibration` may be left out.
-        frequency: at which the head's motion is asked, Hz, in place of its peak.
+        at: frequency at which the head's motion is asked, Hz, in place of its peak.
         tell: called with how many parameters are done, of how many.
 
     Raises:
         BadProblem: the frequency is not positive, or no response has a peak in the range.
         PostureIKError: the posture or the model cannot be found.
     """
-    if frequency is not None and not 0.0 < frequency < np.inf:
-        raise BadProblem("frequency", f"{frequency:g} Hz; give one above zero")
+    if at is not None and not 0.0 < at < np.inf:
+        raise BadProblem("at", f"{at:g} Hz; give a frequency above zero")
     with one_thread():
         seated = seated_of(problem)
         system = changed_model(problem, seated)
-        curves = _curves(problem, system, frequency)
+        curves = _curves(problem, system, at)
 
         def read(parameter: Parameter, change: float) -> Array:
             value = parameter.value + change
@@ -100,7 +100,7 @@ class _Curve(NamedTuple):
     peaks: bool = True
 
 
-def _curves(problem: Problem, system: LinearSystem, frequency: float | None) -> list[_Curve]:
+def _curves(problem: Problem, system: LinearSystem, at: float | None) -> list[_Curve]:
     """The curves that responses are read off: the apparent mass first, then the head's motions."""
     asked, base = problem.vibration or VibrationBlock(), base_of(problem)
     frequencies = asked.frequencies.values
@@ -127,8 +127,8 @@ def _curves(problem: Problem, system: LinearSystem, frequency: float | None) -> 
         if motion not in outputs:
             continue
         head = Magnitude(motion, moved, power)
-        if frequency is not None:
-            curves.append(_Curve(f"head {to}", "1", head, frequency, peaks=False))
+        if at is not None:
+            curves.append(_Curve(f"head {to}", "1", head, at, peaks=False))
         elif np.isfinite(peak := highest_peak(system, head, frequencies).frequency):
             curves.append(_Curve(f"peak head {to}", "1", head, peak))
     return curves

@@ -5,7 +5,8 @@ Along s = iω the logarithm L of H(s) s^p has exact derivatives: those of X in
     Z X = b,   Z X' = b' - Z' X,   Z X'' = b'' - Z'' X - 2 Z' X',   Z = s² M + s C + K,
 
 come from one factorisation each. A peak is where d ln|H| / dω = Re(i L') is zero and
-d² ln|H| / dω² = -Re(L'') negative; Newton's method finds it from a frequency nearby.
+d² ln|H| / dω² = -Re(L'') negative; Newton's method finds it from a frequency nearby,
+and halves the way where it would step over it.
 """
 
 from __future__ import annotations
@@ -60,13 +61,17 @@ def follow_peak(system: LinearSystem, of: Magnitude, near: float) -> Peak:
         PostureIKError: the model has no such output or input.
     """
     seen, omega = system.of([of.input], [of.output]), 2 * np.pi * near
+    rises, falls = 0.0, np.inf
     for _ in range(_STEPS):
         size, slope, curvature = _logarithm(seen, of.power, omega)
+        rises, falls = (omega, falls) if slope > 0.0 else (rises, omega)
         longest = _LONGEST * omega
         # Where the curve bends upwards no peak is near: climb until it bends down.
         step = -slope / curvature if curvature < 0.0 else np.copysign(longest, slope)
-        step = float(np.clip(step, -longest, longest))
-        omega += step
+        to = omega + float(np.clip(step, -longest, longest))
+        if not rises <= to <= falls:  # beyond a sharp peak
+            to = (rises + falls) / 2.0
+        omega, step = to, to - omega
         if abs(step) <= _SETTLED * omega:
             return Peak(omega / (2 * np.pi), float(np.exp(size)))
     return Peak(np.nan, np.nan)
