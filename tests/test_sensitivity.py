@@ -1,11 +1,13 @@
 """Derivatives against closed forms, against other steps, and against the derivative of H itself."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 from page_tables import Tables
+from rich.console import Console
 from scipy.optimize import minimize_scalar
 
 from posture_ik.body import build_body
@@ -298,4 +300,7 @@ def test_page_and_file_tell_the_same(tmp_path: Path, found: Sensitivity) -> None
     whole = json.loads((tmp_path / "sensitivity.json").read_text(encoding="utf-8"))
     assert whole["rows"] == found.records()
     assert whole["largest_miss"] == found.largest_miss
-    assert len(sensitivity_summary(found).renderables) == 4
+    with (console := Console(width=120)).capture() as told:
+        console.print(sensitivity_summary(found))
+    assert "Without effect: buttocks shear." in told.get()
+    assert re.search(r"weight +kg +−0.00475 +\+0.858", told.get())

@@ -10,6 +10,7 @@ from plotly.offline import get_plotlyjs
 from rich.console import Group
 from rich.table import Table
 
+from posture_ik.arrays import Array
 from posture_ik.files import whole_file
 from posture_ik.problem import VibrationBlock
 from posture_ik.sensitivity import Parameter, Response, Sensitivity
@@ -17,8 +18,8 @@ from posture_ik.show.plots import axis, layout
 from posture_ik.show.words import number, power, template, who
 
 _LESS, _MORE = "#2f6fb0", "#e07a1f"
-#: What moves a response by a smaller share is no bar, and so many bars are the most.
-_LEAST, _MOST = 1e-3, 14
+#: What moves a response by a smaller share is no bar; what moves none so far, no row in a terminal.
+_LEAST, _STILL = 1e-3, 1e-4
 _FACTORS = {
     "neck_flexion": "neck flexion stiffness",
     "trunk_flexion": "trunk flexion stiffness",
@@ -46,7 +47,7 @@ def write_sensitivity_report(found: Sensitivity, path: Path | str) -> None:
         stable=found.stable,
         miss=power(100.0 * found.largest_miss),
         cards=[_card(response) for response in found.responses],
-        charts=[_tornado(found, j) for j in range(len(found.responses))],
+        charts=[_tornado(found, j) for j, response in enumerate(found.responses)],
         less=_LESS,
         more=_MORE,
         least=f"{100.0 * _LEAST:g}",
@@ -63,29 +64,32 @@ def write_sensitivity_report(found: Sensitivity, path: Path | str) -> None:
 
 def sensitivity_summary(found: Sensitivity) -> Group:
     """The responses, and how each parameter moves them, for a terminal."""
-    values = Table(title=found.problem.title, title_justify="left", box=None)
+    values = Table(box=None)
     for column in ("response", "value", "at"):
         values.add_column(column)
     for response in found.responses:
         values.add_row(response.name, _with_unit(response), f"{response.frequency:.2f} Hz")
     share = Table(title="\n% more for each % more", title_justify="left", box=None)
     unit = Table(title="\nMore for each unit more", title_justify="left", box=None)
-    for table in (share, unit):
-        table.add_column("parameter", no_wrap=True)
-        table.add_column("is" if table is share else "unit", no_wrap=True)
+    for table, second in ((share, "is"), (unit, "unit")):
+        table.add_column("parameter")
+        table.add_column(second, no_wrap=True)
     for response in found.responses:
-        share.add_column(response.name, justify="right")
         of = "" if response.unit == "1" else f", {response.unit}"
-        unit.add_column(response.name + of, justify="right")
-    for row in _rows(found):
+        share.add_column(response.name, justify="right", min_width=9)
+        unit.add_column(response.name + of, justify="right", min_width=10)
+    rows, moves = _rows(found), np.any(_reach(found) >= _STILL, axis=1)
+    still = [row["name"] for row, does in zip(rows, moves, strict=True) if not does]
+    for row in (row for row in rows if row["name"] not in still):
         share.add_row(row["name"], row["value"], *(of["elasticity"] for of in row["of"]))
         unit.add_row(row["name"], row["unit"], *(of["derivative"] for of in row["of"]))
+    without = [f"\nWithout effect: {', '.join(still)}."] if still else []
     certificate = (
         f"\nTwo steps of differences agree within {power(100.0 * found.largest_miss)} % of a "
         "response over 10 % of a parameter, 5° of the recline."
     )
     fallen = [] if found.stable else ["The model is unstable: no one will ever see this response."]
-    return Group(values, share, unit, certificate, *fallen)
+    return Group(found.problem.title, values, share, unit, *without, certificate, *fallen)
 
 
 def _rows(found: Sensitivity) -> list[dict[str, Any]]:
@@ -107,13 +111,19 @@ def _rows(found: Sensitivity) -> list[dict[str, Any]]:
     ]
 
 
+def _reach(found: Sensitivity) -> Array:
+    """How far the longer half of each bar goes, as a share of the response, (P, R)."""
+    values = np.array([response.value for response in found.responses])
+    reach: Array = np.fmax(np.abs(found.low - values), np.abs(found.high - values)) / values
+    return np.nan_to_num(reach, nan=1.0)  # what loses a peak both ways does much
+
+
 def _tornado(found: Sensitivity, j: int) -> dict[str, Any]:
     """Bars from a response as it is to what it is a step below and above, the longest on top."""
     response = found.responses[j]
-    ends = np.array([found.low[:, j], found.high[:, j]])
-    reach = np.max(np.nan_to_num(np.abs(ends - response.value)), axis=0) / abs(response.value)
+    ends, reach = np.array([found.low[:, j], found.high[:, j]]), _reach(found)[:, j]
     order = [int(i) for i in np.argsort(-reach, kind="stable")]
-    shown = [i for i in order if reach[i] >= _LEAST][:_MOST][::-1]
+    shown = [i for i in order if reach[i] >= _LEAST][::-1]
     labels = [f"{_label(p)}, {_value(p, p.value)}" for p in (found.parameters[i] for i in shown)]
     bars = []
     for side, end, colour in ((-1, ends[0], _LESS), (1, ends[1], _MORE)):
