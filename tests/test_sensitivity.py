@@ -10,6 +10,7 @@ from page_tables import Tables
 from rich.console import Console
 from scipy.optimize import minimize_scalar
 
+from posture_ik.arrays import one_thread
 from posture_ik.body import build_body
 from posture_ik.errors import BadProblem
 from posture_ik.exchange.sensitivity import write_sensitivity
@@ -109,12 +110,13 @@ def top(system: LinearSystem, near: float, output: str, power: int) -> tuple[flo
         _, _, Y, D, X = seen(system, output, s)
         return float(abs((Y @ X + D).item() * s**power))
 
-    best = minimize_scalar(
-        lambda f: -size(f),
-        bounds=(near - 0.3, near + 0.3),
-        method="bounded",
-        options={"xatol": 1e-7},
-    )
+    with one_thread():
+        best = minimize_scalar(
+            lambda f: -size(f),
+            bounds=(near - 0.3, near + 0.3),
+            method="bounded",
+            options={"xatol": 1e-7},
+        )
     return float(best.x), -float(best.fun)
 
 

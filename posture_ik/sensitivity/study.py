@@ -24,7 +24,7 @@ from posture_ik.problem import Problem, VibrationBlock
 from posture_ik.sensitivity.parameters import Parameter, changed_model, parameters_of, seated_of
 from posture_ik.sensitivity.result import Response, Sensitivity
 from posture_ik.vibration import LinearSystem
-from posture_ik.vibration.peak import Magnitude, Peak, follow_peak, highest_peak, magnitude
+from posture_ik.vibration.peak import Magnitude, Peak, follow_peak, highest_peaks, magnitude
 from posture_ik.vibration.vibrate import base_of
 
 #: The steps h of derivatives over those of a tornado's bars.
@@ -110,27 +110,27 @@ def _curves(problem: Problem, system: LinearSystem, at: float | None) -> list[_C
         raise BadProblem(
             "vibration.input", f"the model {asked.model!r} has no {base} that could move"
         )
-    mass = Magnitude(f"{base} force {axis}", moved, -2)
-    peak = highest_peak(system, mass, frequencies).frequency
-    if not np.isfinite(peak):
-        raise BadProblem(
-            "vibration.frequencies",
-            f"the apparent mass has no peak between {frequencies[0]:g} and {frequencies[-1]:g} Hz; "
-            "widen the range, or narrow its step",
-        )
-    curves = [_Curve("peak apparent mass", "kg", mass, peak)]
+    sought = {"apparent mass": Magnitude(f"{base} force {axis}", moved, -2)}
     outputs = [port.name for port in system.outputs]
     for to in "zx":
-        motion, power = f"Head {to}", 0
-        if motion not in outputs:
-            motion, power = f"Head acceleration {to}", -2
-        if motion not in outputs:
-            continue
-        head = Magnitude(motion, moved, power)
-        if at is not None:
-            curves.append(_Curve(f"head {to}", "1", head, at, peaks=False))
-        elif np.isfinite(peak := highest_peak(system, head, frequencies).frequency):
-            curves.append(_Curve(f"peak head {to}", "1", head, peak))
+        for motion, power in ((f"Head {to}", 0), (f"Head acceleration {to}", -2)):
+            if motion in outputs:
+                sought.setdefault(f"head {to}", Magnitude(motion, moved, power))
+    curves: list[_Curve] = []
+    for (name, of), peak in zip(
+        sought.items(), highest_peaks(system, [*sought.values()], frequencies), strict=True
+    ):
+        if at is not None and curves:
+            curves.append(_Curve(name, "1", of, at, peaks=False))
+        elif np.isfinite(peak.frequency):
+            unit = "1" if curves else "kg"
+            curves.append(_Curve(f"peak {name}", unit, of, peak.frequency))
+        elif not curves:
+            raise BadProblem(
+                "vibration.frequencies",
+                f"the apparent mass has no peak between {frequencies[0]:g} and "
+                f"{frequencies[-1]:g} Hz; widen the range, or narrow its step",
+            )
     return curves
 
 

@@ -125,6 +125,9 @@ def _tornado(found: Sensitivity, j: int) -> dict[str, Any]:
     order = [int(i) for i in np.argsort(-reach, kind="stable")]
     shown = [i for i in order if reach[i] >= _LEAST][::-1]
     labels = [f"{_label(p)}, {_value(p, p.value)}" for p in (found.parameters[i] for i in shown)]
+    # Where both bars go to the same side, the one behind stands out beside the other.
+    alike = np.prod(ends - response.value, axis=0) > 0.0
+    widths = {-1: [0.75 for _ in shown], 1: [0.4 if alike[i] else 0.75 for i in shown]}
     bars = []
     for side, end, colour in ((-1, ends[0], _LESS), (1, ends[1], _MORE)):
         told = [_value(p, p.value + side * p.step) for p in (found.parameters[i] for i in shown)]
@@ -135,6 +138,7 @@ def _tornado(found: Sensitivity, j: int) -> dict[str, Any]:
                 "y": labels,
                 "x": [_plain(end[i] - response.value) for i in shown],
                 "base": response.value,
+                "width": widths[side],
                 "customdata": [
                     f"{what}: {_short(end[i], response)}"
                     for what, i in zip(told, shown, strict=True)
@@ -145,7 +149,7 @@ def _tornado(found: Sensitivity, j: int) -> dict[str, Any]:
         )
     unit = "" if response.unit == "1" else f", {response.unit}"
     look = layout(axis(response.name.capitalize() + unit))
-    look |= {"barmode": "overlay", "bargap": 0.25}
+    look["barmode"] = "overlay"
     look["shapes"] = [
         {
             "type": "line",

@@ -11,6 +11,7 @@ and halves the way where it would step over it.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -77,8 +78,10 @@ def follow_peak(system: LinearSystem, of: Magnitude, near: float) -> Peak:
     return Peak(np.nan, np.nan)
 
 
-def highest_peak(system: LinearSystem, of: Magnitude, frequencies: Array) -> Peak:
-    """The highest peak of a magnitude between the ends of some frequencies (F,), Hz.
+def highest_peaks(
+    system: LinearSystem, of: Sequence[Magnitude], frequencies: Sequence[float] | Array
+) -> list[Peak]:
+    """The highest peak of each magnitude between the ends of some frequencies (F,), Hz.
 
     Peaks are told apart by these frequencies; what is largest at an end is none.
 
@@ -86,13 +89,19 @@ def highest_peak(system: LinearSystem, of: Magnitude, frequencies: Array) -> Pea
         BadProblem: the frequencies are not positive and ascending.
         PostureIKError: the model has no such output or input.
     """
-    seen = system.of([of.input], [of.output])
-    response = frequency_response(seen, frequencies)["response"].values[:, 0, 0]
-    sizes = np.abs(response) * np.asarray(frequencies) ** of.power
-    tops = 1 + np.flatnonzero((sizes[1:-1] > sizes[:-2]) & (sizes[1:-1] >= sizes[2:]))
-    if not len(tops):
-        return Peak(np.nan, np.nan)
-    return follow_peak(system, of, float(frequencies[tops[np.argmax(sizes[tops])]]))
+    inputs, outputs = {one.input for one in of}, {one.output for one in of}
+    response = frequency_response(system.of(sorted(inputs), sorted(outputs)), frequencies)
+    found = []
+    for one in of:
+        seen = response["response"].sel(output=one.output, input=one.input).values
+        sizes = np.abs(seen) * np.asarray(frequencies) ** one.power
+        tops = 1 + np.flatnonzero((sizes[1:-1] > sizes[:-2]) & (sizes[1:-1] >= sizes[2:]))
+        if len(tops):
+            highest = tops[np.argmax(sizes[tops])]
+            found.append(follow_peak(system, one, float(frequencies[highest])))
+        else:
+            found.append(Peak(np.nan, np.nan))
+    return found
 
 
 def _logarithm(seen: LinearSystem, power: int, omega: float) -> tuple[float, float, float]:

@@ -6,7 +6,7 @@ from scipy.optimize import minimize_scalar
 
 from posture_ik.vibration import build_lumped, frequency_response, load_lumped
 from posture_ik.vibration.lumped import LumpedModel
-from posture_ik.vibration.peak import Magnitude, follow_peak, highest_peak, magnitude
+from posture_ik.vibration.peak import Magnitude, follow_peak, highest_peaks, magnitude
 
 MASS = Magnitude("seat force z", "seat z", -2)
 HEAD = Magnitude("Head acceleration z", "seat z", -2)
@@ -31,7 +31,7 @@ def test_one_mass_peaks_where_the_textbook_says(damping: float) -> None:
         for found in (
             follow_peak(system, of, 1.3 * frequency),
             follow_peak(system, of, 0.7 * frequency),
-            highest_peak(system, of, np.arange(0.1, 20.0, 0.1)),
+            *highest_peaks(system, [of], np.arange(0.1, 20.0, 0.1)),
         ):
             assert found.frequency == pytest.approx(frequency, rel=1e-10)
             assert found.value == pytest.approx(size, rel=1e-12)
@@ -46,7 +46,7 @@ def test_highest_of_several_peaks() -> None:
         found = response["response"].sel(output=HEAD.output, input=HEAD.input)
         return float(abs(found.values[0]) * frequency**-2)
 
-    found = highest_peak(system, HEAD, np.arange(0.5, 20.0, 0.05))
+    _, found = highest_peaks(system, [MASS, HEAD], np.arange(0.5, 20.0, 0.05))
     near = (found.frequency - 0.5, found.frequency + 0.5)
     top = minimize_scalar(
         lambda f: -size(f), bounds=near, method="bounded", options={"xatol": 1e-9}
@@ -60,4 +60,5 @@ def test_highest_of_several_peaks() -> None:
 
 def test_no_peak_is_not_a_number() -> None:
     system = build_lumped(one_mass())
-    assert np.isnan(highest_peak(system, MASS, np.arange(10.0, 20.0, 0.1)).frequency)
+    (found,) = highest_peaks(system, [MASS], np.arange(10.0, 20.0, 0.1))
+    assert np.isnan(found.frequency)
