@@ -18,8 +18,7 @@ from posture_ik.cli.terminal import (
     written,
 )
 from posture_ik.errors import BadProblem
-from posture_ik.exchange import write_identification
-from posture_ik.exchange.sensitivity import write_sensitivity
+from posture_ik.exchange import write_identification, write_sensitivity
 from posture_ik.problem import load_problem
 from posture_ik.reference import compare as compare_with_source
 from posture_ik.sensitivity import sensitivity as study
