@@ -517,7 +517,29 @@ BAD = {
         ][1],
         "cannot write here",
     ),
-    "unknown export": (command("export", "upright", "--to", "step"), "--to step.*urdf, mbdyn, nastran"),
+    "unknown export": (
+        command("export", "upright", "--to", "step"),
+        "--to step.*urdf, mbdyn, nastran",
+    ),
+    "sensitivity at no frequency": (
+        command("sensitivity", "upright", "--at", "-3"),
+        "at: -3 Hz",
+    ),
+    "sensitivity where there is no peak": (
+        command("sensitivity", "upright", "--set", "vibration.frequencies.stop=0.5"),
+        "vibration.frequencies: the apparent mass has no peak between 0.1 and 0.5 Hz",
+    ),
+    "sensitivity of a backrest that is not": (
+        command(
+            "sensitivity",
+            "vibration_reclined_foam",
+            "--set",
+            "vibration.model=lumped:wan_schimmels",
+            "--set",
+            "vibration.input=backrest",
+        ),
+        "vibration.input: .*wan_schimmels.* has no backrest",
+    ),
     "identify what there is not": (command("identify", "nothing"), "'nothing'.*'calibrated'"),
     "unknown command": (command("sovle", "upright"), "sovle"),
     "unknown option": (command("solve", "upright", "--gravty"), "--gravty"),

@@ -190,6 +190,23 @@ def test_identify_writes_values_record_and_page(
     assert "| mode 8 Hz | 4.9 |" in page
 
 
+def test_sensitivity_tells_and_writes(posture_ik: object, tmp_path: Path) -> None:
+    """Of a lumped model on a cushion, which takes a moment; more is in test_sensitivity.py."""
+    asked = ("sensitivity", "vibration_cushion", "--set", "vibration.model=lumped:wan_schimmels")
+    rows = json.loads(posture_ik(*asked, "--json", "--at", "8", "-o", "there"))
+    assert {row["response"] for row in rows} == {"resonance", "peak apparent mass", "head z"}
+    assert "seat.cushion.seat.stiffness" in {row["parameter"] for row in rows}
+    folder = tmp_path / "there"
+    whole = json.loads((folder / "sensitivity.json").read_text(encoding="utf-8"))
+    assert whole["rows"] == rows
+    assert whole["moved"] == "floor z"
+    said = posture_ik(*asked, "-o", "there")
+    assert "peak head z" in said
+    assert "seat stiffness" in said
+    assert "Open there/sensitivity.html" in said.replace("\n", "")
+    assert "floor z" in (folder / "sensitivity.html").read_text(encoding="utf-8")
+
+
 def test_vibrate_tells_and_writes_the_response(posture_ik: object, tmp_path: Path) -> None:
     said = posture_ik("vibrate", "vibration_reclined_foam", "-o", "numbers")
     assert "a backrest of foam" in said

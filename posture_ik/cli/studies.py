@@ -10,6 +10,7 @@ from posture_ik.cli.terminal import (
     Json,
     Output,
     Overrides,
+    ProblemName,
     app,
     out,
     print_records,
@@ -17,9 +18,12 @@ from posture_ik.cli.terminal import (
     written,
 )
 from posture_ik.errors import BadProblem
-from posture_ik.exchange import write_identification
+from posture_ik.exchange import write_identification, write_sensitivity
+from posture_ik.problem import load_problem
 from posture_ik.reference import compare as compare_with_source
+from posture_ik.sensitivity import sensitivity as study
 from posture_ik.show.comparison import comparison, identification, write_comparison
+from posture_ik.show.sensitivity_report import sensitivity_summary, write_sensitivity_report
 from posture_ik.show.validation_report import validation_summary, write_validation_report
 from posture_ik.validation import validate as run_validation
 from posture_ik.vibration.identify import Parameters
@@ -81,3 +85,29 @@ def validate(
         out.print(table)
     if output is not None:
         out.print(f"Open [bold]{output / 'validation.html'}[/].")
+
+
+@app.command()
+def sensitivity(
+    problem: ProblemName,
+    at: Annotated[
+        float | None,
+        typer.Option("--at", metavar="HZ", help="Ask the head's motion there, not at its peak."),
+    ] = None,
+    output: Output = None,
+    set_: Overrides = None,
+    as_json: Json = False,
+) -> None:
+    """Tell what resonance and head motion hang on; with -o write tornado charts."""
+    with written(output) as folder, telling(quiet=as_json) as tell:
+        stated = load_problem(problem, tuple(set_ or ()))
+        found = study(stated, at, lambda done, of: tell(f"changing: {done} of {of} parameters"))
+        if folder:
+            write_sensitivity(found, folder)
+            write_sensitivity_report(found, folder / "sensitivity.html")
+    if as_json:
+        print_records(found.records())
+        return
+    out.print(sensitivity_summary(found))
+    if output is not None:
+        out.print(f"Open [bold]{output / 'sensitivity.html'}[/].")

@@ -10,6 +10,7 @@ from posture_ik.exchange.motion import (
 )
 from posture_ik.exchange.nastran import DECKS, write_nastran
 from posture_ik.exchange.results import read_posture, write_posture
+from posture_ik.exchange.sensitivity import write_sensitivity
 from posture_ik.exchange.urdf import write_urdf
 
 __all__ = [
@@ -21,6 +22,7 @@ __all__ = [
     "write_motion",
     "write_nastran",
     "write_posture",
+    "write_sensitivity",
     "write_trajectory",
     "write_urdf",
     "write_vibration",

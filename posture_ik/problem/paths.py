@@ -68,7 +68,7 @@ def _key(place: Any, name: str, path: str) -> str | int:
     elif place and isinstance(place[0], Block):
         names = {str(i): i - 1 for i in range(1, len(place) + 1)}
         for i, block in reversed(list(enumerate(place))):
-            names[block.kind] = i
+            names[getattr(block, "kind", str(i + 1))] = i
     else:
         names = {axis: i for i, axis in enumerate("xyz"[: len(place)])}
     if name not in names:

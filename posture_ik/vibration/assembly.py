@@ -71,10 +71,16 @@ class Assembly:
     held: list[Array] = field(default_factory=list)
 
     @classmethod
-    def of(cls, posture: Posture, problem: Problem, activity: Activity | None) -> Assembly:
+    def of(
+        cls,
+        posture: Posture,
+        problem: Problem,
+        activity: Activity | None,
+        factors: Factors | None = None,
+    ) -> Assembly:
         """Put a person together about a posture, as a problem says (`linearise`)."""
         block = problem.vibration or VibrationBlock()
-        assembly = cls._of_person(posture, problem, block)
+        assembly = cls._of_person(posture, problem, block, factors or Factors.of(block.parameters))
         if activity is not None:
             assembly.activate(activity)
         if block.prestress:
@@ -90,7 +96,9 @@ class Assembly:
         return assembly
 
     @classmethod
-    def _of_person(cls, posture: Posture, problem: Problem, block: VibrationBlock) -> Assembly:
+    def _of_person(
+        cls, posture: Posture, problem: Problem, block: VibrationBlock, factors: Factors
+    ) -> Assembly:
         """Take mass matrix, gravity and the joints' springs and dampers from the model."""
         person, cushion = Person.of(posture.body), problem.seat.cushion
         model, data = person.model, person.data
@@ -110,7 +118,7 @@ class Assembly:
         pin.crba(model, data, q)
         full = np.triu(data.M) + np.triu(data.M, 1).T
         mass[np.ix_(at, at)] = full[np.ix_(order, order)]
-        softer, damped = Factors.of(block.parameters).of_coordinates(person.coordinates)
+        softer, damped = factors.of_coordinates(person.coordinates)
         springs, dampers = softer * person.stiffness, damped * person.damping
         stiffness[at, at] += np.r_[np.zeros(own), springs]
         damping[at, at] += np.r_[np.zeros(own), dampers]

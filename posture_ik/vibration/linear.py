@@ -40,6 +40,7 @@ from posture_ik.muscle import Activity
 from posture_ik.posture import Posture
 from posture_ik.problem import Problem
 from posture_ik.vibration.assembly import Assembly
+from posture_ik.vibration.factors import Factors
 from posture_ik.vibration.network import (
     Readout,
     Spring,
@@ -61,6 +62,7 @@ def linearise(
     forces: Sequence[str] = (),
     discs: Sequence[str] = (),
     activity: Activity | None = None,
+    factors: Factors | None = None,
 ) -> LinearSystem:
     """Linearise the multibody person about a posture.
 
@@ -73,6 +75,7 @@ def linearise(
         forces: links on which forces and moments are inputs (`grip_r force x`).
         discs: joints of the spine, such as `L4_L5`, whose strains and forces are outputs.
         activity: the muscles that hold the posture; they stiffen the arms that hold something.
+        factors: on the tables' stiffness and damping, in place of those that the problem names.
 
     Returns:
         The model. Inputs: `seat x` to `seat rz`, or `floor` under a cushion, and likewise
@@ -92,7 +95,7 @@ def linearise(
     if activity is not None and activity.shown is not posture:
         raise PostureIKError("vibration: the muscles hold another posture; solve them for this.")
     with one_thread():
-        assembly = Assembly.of(posture, problem, activity)
+        assembly = Assembly.of(posture, problem, activity, factors)
         return _system(assembly, _frames(assembly, frames), forces, discs)
 
 

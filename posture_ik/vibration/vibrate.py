@@ -63,7 +63,7 @@ class Vibration:
     @property
     def base(self) -> str:
         """What moves, as the inputs name it: `seat`, `floor` under a cushion, or `backrest`."""
-        return _base(self.problem)
+        return base_of(self.problem)
 
     @property
     def responses(self) -> dict[str, xr.Dataset]:
@@ -135,7 +135,7 @@ def vibrate(
     }
     systems[asked.model] = model_of(asked.model, body, posture, problem, frames, activity)
     for name, system in systems.items():
-        _check_moves(name, system, _base(problem))
+        _check_moves(name, system, base_of(problem))
     responses = {
         name: frequency_response(system, asked.frequencies.values)
         for name, system in systems.items()
@@ -162,22 +162,25 @@ def model_of(
     problem: Problem,
     frames: Sequence[str] | None = None,
     activity: Activity | None = None,
+    factors: Factors | None = None,
 ) -> LinearSystem:
-    """The model that `vibration.model` names.
+    """The model that `vibration.model` names, with factors in place of its parameters' if given.
 
     Raises:
         PostureIKError: there is no such model, or it cannot be built.
     """
     seat, asked = problem.seat, problem.vibration or VibrationBlock()
     if name == "multibody":
-        return linearise(body, posture, problem, frames, discs=asked.discs, activity=activity)
+        return linearise(
+            body, posture, problem, frames, discs=asked.discs, activity=activity, factors=factors
+        )
     if name == "finite_element":
         return build_finite_element(
             problem.subject,
             float(np.radians(seat.recline_deg)),
             seat.backrest and at_preload(seat.backrest, posture),
             seat.cushion,
-            factors=Factors.of(asked.parameters),
+            factors=factors or Factors.of(asked.parameters),
             posture=posture if asked.shape == "solved" else None,
             frames=("Head", "S1") if frames is None else frames,
             discs=asked.discs,
@@ -185,7 +188,8 @@ def model_of(
     return build_lumped(load_lumped(name.removeprefix("lumped:")), seat.cushion)
 
 
-def _base(problem: Problem) -> str:
+def base_of(problem: Problem) -> str:
+    """What moves in a problem, as the inputs name it: `seat`, `floor` or `backrest`."""
     asked = problem.vibration or VibrationBlock()
     return "floor" if asked.input == "seat" and problem.seat.cushion is not None else asked.input
 

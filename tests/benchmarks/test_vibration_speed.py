@@ -9,6 +9,7 @@ import pytest
 
 import posture_ik as pik
 from posture_ik.arrays import one_thread
+from posture_ik.vibration.peak import Magnitude, follow_peak
 
 Benchmark = Any  # pytest-benchmark's fixture is callable and has no public type
 
@@ -57,6 +58,13 @@ def test_linearise(benchmark: Benchmark, body: pik.Body, name: str) -> None:
 def test_frequency_response(benchmark: Benchmark, spine: pik.LinearSystem, method: Any) -> None:
     data = benchmark(pik.frequency_response, spine, FREQUENCIES, method)
     assert data.method == method
+
+
+@pytest.mark.benchmark(group="a peak of 117 degrees of freedom, to rounding")
+def test_follow_peak(benchmark: Benchmark, spine: pik.LinearSystem) -> None:
+    with one_thread():
+        peak = benchmark(follow_peak, spine, Magnitude("Head z", "seat z"), 4.0)
+    assert 3.0 < peak.frequency < 6.0
 
 
 @pytest.mark.benchmark(group="400 frequencies of 117 degrees of freedom")
