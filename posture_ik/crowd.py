@@ -80,7 +80,7 @@ class Outcome(NamedTuple):
             **{name: float(x) if np.isfinite(x) else None for name, x in numbers.items()},
             "solver": self.solver,
             "method": self.method,
-            "seconds": sum(self.seconds),
+            "seconds": float(sum(self.seconds)),
         }
 
 
@@ -94,7 +94,7 @@ def random_people(count: int, seed: int, like: Subject | None = None) -> list[Su
     """
     like, random = like or Subject(), np.random.default_rng(seed)
     ranges = np.array([AGES, STATURES, BODY_MASS_INDICES])
-    drawn = random.uniform(*ranges.T, size=(count, 3))
+    drawn = random.uniform(ranges[:, 0], ranges[:, 1], (count, 3))
     genders = random.choice(["male", "female"], size=count)
     corners = list(product(("male", "female"), *ranges))[:count]
     for i, (gender, *corner) in enumerate(corners):

@@ -32,6 +32,8 @@ def summary(posture: Posture) -> Group:
             f"least curvature {certificate.curvature:.2g}",
         ),
     )
+    if posture.redundant:
+        head.add_row("rows implied by others", ", ".join(posture.redundant))
     return Group(head, "", _forces(posture), "", _joints(posture), *_limits(posture))
 
 
@@ -94,6 +96,7 @@ def as_record(posture: Posture) -> dict[str, object]:
             "primal_residual": certificate.primal,
             "dual_residual": certificate.dual,
             "reduced_curvature": certificate.curvature,
+            "redundant": list(posture.redundant),
         },
         "wrenches": [
             {
