@@ -4,8 +4,14 @@ Each step solves the KKT system of the program linearised about (x, lambda), wit
 press against a limit held there, which are read off x and what presses them together (a
 primal-dual active set, that is a semismooth Newton method):
 
-    [ H  Jᵀ ] [  dx    ]     [   grad f    ]
-    [ J  0  ] [ lambda ]  = -[ psi - alpha ]
+    [ H  Jᵀ  ] [  dx    ]     [   grad f    ]   [ 0 ]
+    [ J  -δ  ] [ lambda ]  = -[ psi - alpha ] - δ [ lambda before ]
+
+Tasks may repeat each other: what one holds another may hold too. Then J has rows that the others
+imply and no lambda is the only one. The small δ, which the step from one lambda to the next alone
+pays for (the proximal method of multipliers, Rockafellar 1976), keeps the system regular and picks
+a lambda near the last; where the steps end it has no part in the answer. Tasks that contradict each
+other drive lambda on and on while x rests where they are missed, so the misses count too.
 
 One-sided rows join as the small quadratic program that the step leaves for their forces, which
 may only push. Those that carried load in the step before also stiffen H, along themselves alone:
@@ -36,6 +42,10 @@ _LAST_STEP = 1e-8
 _MOST_STEPS = 25
 #: The farthest that a step may carry a joint towards the tasks, rad and m.
 _FARTHEST = 0.4
+#: ... where the tasks are missed by no more than this, m or rad.
+_LAST_MISS = 1e-8
+#: What a multiplier pays for each step it takes, δ: small beside J H⁻¹ Jᵀ, large beside rounding.
+_HOLD = 1e-10
 #: What a contact that carries load adds to H, N/m.
 _CONTACT = 1e5
 
@@ -83,7 +93,7 @@ def solve_with_newton(
         held = jacobian[~contact]
         factor, pivots, sound = _factored(tangent, held, fixed)
         if not sound and not contact.any():
-            break  # the posture buckles, or one task repeats another
+            break  # the posture buckles
         if not sound:
             tangent, pull = np.eye(n), slope
             factor, pivots, _ = _factored(tangent, held, fixed)
@@ -91,6 +101,7 @@ def solve_with_newton(
         # What relaxes the springs, what meets the tasks, and what a unit push of each contact does.
         sides = np.zeros((n + len(held), 2 + np.count_nonzero(contact)), order="F")
         sides[:n, 0] = -pull - tangent @ toward
+        sides[n:, 0] = -_HOLD * multipliers[~contact]
         sides[n:, 1] = -residual[~contact] - held @ toward
         sides[:n, 2:] = jacobian[contact].T
         sides[fixed] = 0.0
@@ -101,9 +112,10 @@ def solve_with_newton(
         free[:n] += toward
         pushes = solution[:, 2:]
         try:
-            push = _pushes(jacobian[contact] @ pushes[:n], residual + jacobian @ free[:n], contact)
+            gap = residual[contact] + jacobian[contact] @ free[:n]
+            push = _pushes(jacobian[contact] @ pushes[:n], gap, -multipliers[contact])
         except (ValueError, RuntimeError):
-            break  # one contact repeats another, or the steps have run away
+            break  # the steps have run away
         free += pushes @ push
         step = free[:n]
         x += step
@@ -113,7 +125,9 @@ def solve_with_newton(
         pressure[~(high | low)] = 0.0
         # A limit that pulls is none: one more step lets the joint go.
         settled &= not np.any(pressure * (1.0 * low - high) > 0)
-        if np.max(np.abs(step)) < _LAST_STEP and settled:
+        missed = np.where(contact, np.minimum(residual, 0.0), residual)
+        met = np.max(np.abs(missed), initial=0.0) < _LAST_MISS
+        if np.max(np.abs(step)) < _LAST_STEP and met and settled:
             x = np.clip(x, lower, upper)
             return Optimum(x, multipliers, pressure, True, sound, "Newton_Converged", iteration)
     return Optimum(x, multipliers, pressure, False, False, "Newton_Did_Not_Converge", iteration)
@@ -130,6 +144,7 @@ def _factored(
     size = count + len(held)
     system = np.zeros((size, size), order="F")
     system[:count, :count], system[count:, :count] = tangent, held
+    np.fill_diagonal(system[count:, count:], -_HOLD)
     # What is fixed keeps its place, with a one on the diagonal and nothing beside it.
     system[fixed], system[:, fixed], system[fixed, fixed] = 0.0, 0.0, 1.0
     factor, pivots, singular = dsytrf(system, lower=1, overwrite_a=1, lwork=BLOCK * size)
@@ -138,15 +153,15 @@ def _factored(
     return factor, pivots, not singular and negative == len(held)
 
 
-def _pushes(give: Array, gap: Array, contact: npt.NDArray[np.bool_]) -> Array:
+def _pushes(give: Array, gap: Array, before: Array) -> Array:
     """Least forces f >= 0 of the contacts that leave no overlap: gap + give f >= 0, f·that = 0.
 
     Raises:
         ValueError, RuntimeError: `give`, what a unit push of each contact does at all of them, is
             not positive definite, or something is not finite.
     """
-    if not contact.any():
+    if not len(gap):
         return np.zeros(0)
-    root = np.linalg.cholesky((give + give.T) / 2)
-    force: Array = nnls(root.T, -np.linalg.solve(root, gap[contact]))[0]
+    root = np.linalg.cholesky((give + give.T) / 2 + _HOLD * np.eye(len(gap)))
+    force: Array = nnls(root.T, np.linalg.solve(root, _HOLD * before - gap))[0]
     return force

@@ -50,6 +50,15 @@ def task_rates(program: Program) -> tuple[ca.Function, ca.Function]:
     )
 
 
+def implied(rows: Array) -> npt.NDArray[np.intp]:
+    """Which rows of a matrix (m, n) the others imply, by QR with pivoting, in order; (<= m,)."""
+    triangle, order = dgeqp3(rows.T)[:2]
+    pivots = np.abs(np.diag(triangle))
+    rank = int(np.sum(pivots > 1e-9 * pivots.max(initial=0.0)))
+    places: npt.NDArray[np.intp] = np.sort(order[rank:] - 1)
+    return places
+
+
 class Projection:
     """The factored KKT matrix of one instant.
 
@@ -68,10 +77,7 @@ class Projection:
         m, n = jacobian.shape
         self.scale = np.where(free, 1.0 / np.sqrt(np.diag(mass)), 0.0)
         columns = (jacobian * self.scale).T
-        triangle, order = dgeqp3(columns)[:2]
-        pivots = np.abs(np.diag(triangle))
-        rank = int(np.sum(pivots > 1e-9 * pivots.max(initial=0.0)))
-        self.dependent = np.sort(order[rank:] - 1)
+        self.dependent = implied(columns.T)
         system = np.zeros((n + m, n + m), order="F")
         np.multiply(mass, self.scale, out=system[:n, :n])
         system[:n, :n] *= self.scale[:, None]

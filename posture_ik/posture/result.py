@@ -15,6 +15,7 @@ from posture_ik.arrays import Array, call
 from posture_ik.body import Body
 from posture_ik.kinematics import data_of, frame_poses, weightless
 from posture_ik.posture.pieces import ActiveLimit, Certificate, Prestrain, Wrench
+from posture_ik.posture.projection import implied
 from posture_ik.posture.statement import Statement
 from posture_ik.posture.tasks import Constraint, handle_of
 from posture_ik.problem import Problem
@@ -256,6 +257,13 @@ class Posture:
             len(rows),
         )
 
+    @property
+    def redundant(self) -> tuple[str, ...]:
+        """Equations that others imply, by name: what holds there may be shared in any way."""
+        names = [f"{c.label} {row}" for c in self.constraints for row in c.rows]
+        held = [name for name, holds in zip(names, self._holding, strict=True) if holds]
+        return tuple(held[i] for i in implied(self._held_rows[:, ~self.at_limit]))
+
     def overturned(self) -> bool:
         """Whether a frame held in all angles is more than a quarter turn from its target."""
         statement = self.statement
@@ -318,6 +326,7 @@ class Posture:
                 "primal_residual": certificate.primal,
                 "dual_residual": certificate.dual,
                 "reduced_curvature": certificate.curvature,
+                "redundant": ", ".join(self.redundant),
                 "status": self.status,
                 "iterations": self.iterations,
                 "seconds": self.seconds,
@@ -362,7 +371,14 @@ class Posture:
         return press > _ACTIVE * self._spring_force
 
     @property
+    def _holding(self) -> npt.NDArray[np.bool_]:
+        """Which rows hold: the equations and the contacts that carry load, (m,)."""
+        holding: npt.NDArray[np.bool_] = ~self.statement.program.one_sided | (
+            np.abs(self.multipliers) > _ACTIVE
+        )
+        return holding
+
+    @property
     def _held_rows(self) -> Array:
-        """Jacobian in x of the equations and of the contacts that carry load, (held, n)."""
-        holding = ~self.statement.program.one_sided | (np.abs(self.multipliers) > _ACTIVE)
-        return self._evaluated[1][holding]
+        """Jacobian in x of the rows that hold, (held, n)."""
+        return self._evaluated[1][self._holding]

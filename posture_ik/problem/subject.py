@@ -14,8 +14,8 @@ from posture_ik import anthropometry
 from posture_ik.anthropometry import Gender
 from posture_ik.problem.block import Block
 
-#: A person's stature (m) and body mass index (kg/m²) lie between these.
-STATURES, BODY_MASS_INDICES = (1.40, 2.10), (14.0, 55.0)
+#: A person's age (years), stature (m) and body mass index (kg/m²) lie between these.
+AGES, STATURES, BODY_MASS_INDICES = (18.0, 99.0), (1.40, 2.10), (14.0, 55.0)
 #: What a number may have been meant in: its unit, and what that is in m or kg.
 _LENGTHS = {"cm": 0.01, "mm": 0.001, "ft": 0.3048, "in": 0.0254}
 _WEIGHTS = {"g": 0.001, "lb": 0.45359237, "st": 6.35029318}
@@ -83,7 +83,7 @@ class Subject(Block):
     """
 
     gender: Gender = "male"
-    age: float = Field(30.0, ge=18.0, le=99.0)
+    age: float = Field(30.0, ge=AGES[0], le=AGES[1])
     weight: float = Field(80.0, gt=0.0)
     stature: float = 1.80
     measured: Measured = Measured()
@@ -211,7 +211,7 @@ def _draw(gender: Gender, count: int, random: np.random.Generator) -> Iterator[S
             }
             yield Subject(
                 gender=gender,
-                age=max(float(drawn["age"][i]), 18.0),
+                age=max(float(drawn["age"][i]), AGES[0]),
                 weight=float(weight[i]),
                 stature=float(stature[i]),
                 measured=Measured(**known),

@@ -61,7 +61,7 @@ def render_report(posture: Posture) -> str:
         weight=_weight(posture),
         limits=[_limit(posture, i) for i in range(len(posture.active_limits))],
         joints=[_joint(posture, i) for i in range(len(posture.body.dofs))],
-        checks=_checks(posture.certificate),
+        checks=_checks(posture.certificate, posture.redundant),
         tasks=_tasks(posture),
         assumptions=_assumptions(posture),
         plotly=get_plotlyjs(),
@@ -143,7 +143,7 @@ def _joint(posture: Posture, index: int) -> Row:
     }
 
 
-def _checks(certificate: Certificate) -> list[Row]:
+def _checks(certificate: Certificate, redundant: tuple[str, ...]) -> list[Row]:
     """Each check as a row: what, its number, what it must be, whether it is, and what it means."""
     return [
         {
@@ -172,7 +172,9 @@ def _checks(certificate: Certificate) -> list[Row]:
             "value": f"{certificate.rank} of {certificate.held}",
             "must": "all, for unique forces",
             "good": certificate.rank == certificate.held,
-            "means": "no two tasks ask the same thing, so the holding forces are unique",
+            "means": "no two tasks ask the same thing, so the holding forces are unique"
+            if not redundant
+            else f"others imply {', '.join(redundant)}: they share what they carry in any way",
         },
     ]
 

@@ -35,6 +35,8 @@ def summary(posture: Posture) -> Group:
             f"least curvature {certificate.curvature:.2g}",
         ),
     )
+    if posture.redundant:
+        head.add_row("rows implied by others", ", ".join(posture.redundant))
     # What is left of rounding is no energy.
     joints = _joints(posture) if posture.elastic_energy > 1e-12 else Text("Every joint rests.")
     return Group(head, "", _forces(posture), "", joints, *_limits(posture))
@@ -99,6 +101,7 @@ def as_record(posture: Posture) -> dict[str, object]:
             "primal_residual": certificate.primal,
             "dual_residual": certificate.dual,
             "reduced_curvature": certificate.curvature,
+            "redundant": list(posture.redundant),
         },
         "wrenches": [
             {

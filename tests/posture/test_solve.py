@@ -273,6 +273,50 @@ def test_redundant_tasks_show_in_the_rank(body: pik.Body) -> None:
     assert (certificate.rank, certificate.held) == (3, 4)
 
 
+# Statures at which rounding used to decide whether rows that repeat each other could be solved.
+@pytest.mark.parametrize("stature", [1.40, 1.55, 1.75, 1.83, 2.10])
+@pytest.mark.parametrize("name", ["reclined_15", "reclined_30_buckling"])
+def test_tasks_may_repeat_each_other(stature: float, name: str) -> None:
+    """With a row said twice the posture is that without; what is implied is named.
+
+    Newton finds both to 1e-8 in x; where the spine buckles, IPOPT stops at 1e-11 in the gradient.
+    """
+    problem = pik.load_problem("reclined_15")
+    if name == "reclined_30_buckling":
+        problem = pik.load_problem("reclined_30", ("posture.stiffness=tissue",))
+    body = pik.build_body(pik.Subject(stature=stature))
+    once = pik.solve_posture(body, problem)
+    again = problem.model_copy(
+        update={"task": (*problem.task, pik.Frame(frame="Head", components=("ry",)))}
+    )
+    twice = pik.solve_posture(body, again)
+    assert twice.certificate.holds
+    assert twice.certificate.held - twice.certificate.rank == 1
+    assert len(twice.redundant) == 1
+    assert twice.redundant[0].endswith("ry")
+    assert once.redundant == ()
+    assert twice.energy == pytest.approx(once.energy, rel=1e-8)
+
+
+def test_contacts_may_repeat_each_other(body: pik.Body) -> None:
+    """Between two backrests in one place what each carries is open, but not their sum.
+
+    Newton stops at steps of 1e-8 in x; forces are some hundred newtons.
+    """
+    problem = pik.Problem(
+        task=(pik.BackrestContact(), pik.Head()),
+        posture={"gravity": True},
+        seat={"recline_deg": 20},
+    )
+    once = pik.solve_posture(body, problem)
+    problem = problem.model_copy(update={"task": (problem.task[0], *problem.task)})
+    twice = pik.solve_posture(body, problem)
+    assert twice.certificate.holds
+    np.testing.assert_allclose(twice.q, once.q, atol=1e-8)
+    both = twice.wrenches[0].force + twice.wrenches[1].force
+    np.testing.assert_allclose(both, once.wrenches[0].force, atol=1e-5)
+
+
 def test_a_saddle_is_left_for_a_minimum(body: pik.Body) -> None:
     """On the stiff buttocks 30 degrees buckle the spine sideways: symmetry is a saddle there."""
     problem = pik.load_problem("reclined_30", ("posture.stiffness=tissue",))
