@@ -28,8 +28,6 @@ _UNITS = {
     "thigh_on_seat": "1",
     "tension": "1",
 }
-
-
 #: Who sits how, and the muscles that hold it; None of a lumped model, which has none of it.
 Seated: TypeAlias = tuple[Body, Posture, Activity | None] | None
 
