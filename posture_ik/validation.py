@@ -21,6 +21,7 @@ import numpy as np
 from posture_ik.anthropometry import sample_measures
 from posture_ik.arrays import Array
 from posture_ik.body import build_body
+from posture_ik.body.scaling_thesis import chapter_5
 from posture_ik.posture import solve_posture
 from posture_ik.problem import Problem, Subject, load_problem
 from posture_ik.vibration import build_finite_element, frequency_response
@@ -187,7 +188,14 @@ def apparent_mass_of(problem: Problem, person: Subject) -> Array:
     problem = problem.model_copy(update={"subject": sits})
     model, seat = problem.vibration.model if problem.vibration else "multibody", problem.seat
     if model == "finite_element":
-        system = build_finite_element(sits, float(np.radians(seat.recline_deg)), seat.backrest)
+        backrest, scale = seat.backrest, None
+        if sits.scaling == "thesis":
+            # The source's own model of that chapter, whose back slides freely.
+            scale = chapter_5(sits)
+            free = {"tangential_stiffness": 0.0, "tangential_damping": 0.0}
+            backrest = backrest and backrest.model_copy(update=free)
+        recline = float(np.radians(seat.recline_deg))
+        system = build_finite_element(sits, recline, backrest, scale=scale)
     else:
         body = build_body(sits)
         system = model_of(model, body, solve_posture(body, problem), problem)
