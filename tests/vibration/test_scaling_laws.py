@@ -14,7 +14,6 @@ from posture_ik.body.scaling_thesis import KITAZAKI, thesis
 from posture_ik.problem import Subject, load_problem
 from posture_ik.validation import Numbers, apparent_mass_of, cases, frequencies_of
 
-F = np.arange(0.6, 8.0, 0.05)
 DATA = Path(tables.__file__).parent / "data"
 
 
