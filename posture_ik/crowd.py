@@ -134,7 +134,7 @@ def _examined(problem: Problem, subject: Subject, ticks: list[float]) -> Outcome
     ticks.append(perf_counter())
     response = frequency_response(system.of(["seat"], _READ), FREQUENCIES)
     mass = apparent_mass(response).sel(force="z", motion="z").values
-    head = transmissibility(response).sel(to="z").values
+    head = transmissibility(response).sel({"to": "z", "from": "z"}).values
     ticks.append(perf_counter())
     size = np.abs(mass)
     if not all(np.isfinite(part).all() for part in (posture.q, response["response"].values)):

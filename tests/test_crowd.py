@@ -69,7 +69,8 @@ def test_is_the_vibration_of_the_stage(problem, outcomes):
     assert person.peak == pytest.approx(mass.max(), rel=1e-8)
     assert person.static == pytest.approx(mass[0], rel=1e-8)
     assert person.resonance == FREQUENCIES[mass.argmax()]
-    assert person.head == pytest.approx(np.abs(response["stht"].sel(to="z")).max(), rel=1e-8)
+    head = np.abs(response["stht"].sel({"to": "z", "from": "z"}).values)
+    assert person.head == pytest.approx(head.max(), rel=1e-8)
 
 
 def test_who_cannot_be_seated_is_told_with_the_reason(problem):
@@ -78,10 +79,9 @@ def test_who_cannot_be_seated_is_told_with_the_reason(problem):
     found = examine(turned, problem.subject)
     assert "head" in found.trouble
     assert found.record()["peak_kg"] is None
-    unstable = load_problem("reclined_15", ("vibration={gravity=true}",))
-    falls = examine(unstable, problem.subject)
-    assert falls.trouble in ("", "unstable")
-    assert np.isfinite(falls.peak)
+    # Nothing but the springs of the spine holds its weight up: it falls, however slowly.
+    loaded = load_problem("reclined_15", ("vibration={gravity=true}",))
+    assert examine(loaded, problem.subject).trouble == "unstable"
 
 
 def test_processes_find_what_one_finds(problem, outcomes, monkeypatch):

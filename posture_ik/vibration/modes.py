@@ -21,6 +21,8 @@ from posture_ik.vibration.words import is_odd, told
 
 #: A mode's share that must be even (or odd) to call it symmetric (anti-symmetric).
 _PURE = 0.75
+#: About which the poles are sought, 1/s: 5 Hz, where people answer most.
+_SHIFT = 10.0 * np.pi
 
 
 @dataclass(frozen=True)
@@ -71,40 +73,55 @@ class Stability(NamedTuple):
 
 
 class Poles(NamedTuple):
-    """A model in first order, in the coordinates z of its own modes: z' = values z + push(B u).
+    """A model in first order, z' = values z, and in the coordinates of its undamped modes.
 
     Attributes:
         values: lambda, (2 n,).
         places: from z to the coordinates, (n, 2 n).
-        shapes: undamped modes (n, n); `vectors`: from z to their speeds, (2 n, 2 n).
+        vectors: from z to places and speeds of the undamped modes, the places each in a unit of
+            its own, (2 n, 2 n).
+        shapes: undamped modes, (n, n), of mass 1; `stiffness`, `damping`: K and C in them.
     """
 
     values: Complex
     places: Complex
-    shapes: Array
     vectors: Complex
-
-    def push(self, force: Array) -> Complex:
-        """What forces (n, p) on the coordinates do to z, (2 n, p)."""
-        onto = self.shapes.T @ force
-        return np.linalg.solve(self.vectors, np.vstack([np.zeros_like(onto), onto])).astype(complex)
+    shapes: Array
+    stiffness: Array
+    damping: Array
 
 
 def poles(system: LinearSystem) -> Poles:
     """Solve the damped eigenvalue problem of a model.
 
+    A spine with its shear springs has poles from 1 to 1e9 1/s, and rounding the fastest would blot
+    out the slow. So it is the inverse about a shift σ that is solved, (A - σ)⁻¹ with eigenvalues
+    1 / (lambda - σ), in which the slow are the largest. With D = σ² + σ C + K, in the coordinates
+    of the undamped modes,
+
+        (A - σ)⁻¹ = [ -D⁻¹ (C + σ)   -D⁻¹ ]
+                    [  D⁻¹ K        -σ D⁻¹ ]
+
     Raises:
-        LinAlgError: M is not positive definite.
+        LinAlgError: M is not positive definite, or a motion grows at the very pace of the shift.
     """
-    squares, shapes = eigh(system.stiffness, system.mass)
-    n = len(squares)
-    speed = np.sqrt(np.maximum(np.abs(squares), 1e-6))
-    first = np.zeros((2 * n, 2 * n))
-    first[:n, n:] = np.diag(speed)
-    first[n:, :n] = np.diag(-squares / speed)
-    first[n:, n:] = -shapes.T @ system.damping @ shapes
-    values, vectors = eig(first)
-    return Poles(values, shapes @ (vectors[:n] / speed[:, None]), shapes, vectors)
+    _, shapes = eigh(system.stiffness, system.mass)
+    # Projected: K's own eigenvalues are the less exact.
+    stiffness, damping = (shapes.T @ part @ shapes for part in (system.stiffness, system.damping))
+    n = len(shapes)
+    dynamic = _SHIFT**2 * np.eye(n) + _SHIFT * damping + stiffness
+    speed = np.sqrt(np.maximum(np.abs(np.diag(dynamic)), _SHIFT**2))
+    # As many times the speed, so that no number is far from 1 / σ.
+    scaled = dynamic / np.outer(speed, speed)
+    given = np.hstack([damping + _SHIFT * np.eye(n), np.eye(n), stiffness]) / speed[:, None]
+    by_place, by_speed, by_spring = np.split(np.linalg.solve(scaled, given), 3, axis=1)
+    inverse = np.zeros((2 * n, 2 * n))
+    inverse[:n, :n], inverse[:n, n:] = -by_place / speed, -by_speed
+    inverse[n:, :n] = by_spring / np.outer(speed, speed)
+    inverse[n:, n:] = -_SHIFT * by_speed / speed[:, None]
+    values, vectors = eig(inverse)
+    places = shapes @ (vectors[:n] / speed[:, None])
+    return Poles(_SHIFT + 1.0 / values, places, vectors, shapes, stiffness, damping)
 
 
 def undamped_modes(system: LinearSystem) -> tuple[Mode, ...]:
