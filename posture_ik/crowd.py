@@ -3,7 +3,7 @@
 Where `validate` asks whether the numbers are right, this asks whether there are any. Ages, statures
 and body mass indices are drawn evenly and apart from each other between the ends that a `Subject`
 allows, so that most of the people are ones whom nobody ever met; the first are the corners of the
-range. Whoever sits here leaves no one out.
+range.
 """
 
 from __future__ import annotations
