@@ -106,5 +106,5 @@ def test_reach_with_the_trunk(benchmark: Benchmark, body: pik.Body, count: int) 
 @pytest.mark.benchmark(group="reach")
 def test_reach_beside_bioptim() -> None:
     """The same arm by bioptim, which stands on biorbd: both come from conda-forge alone."""
-    pytest.importorskip("bioptim", reason="bioptim is not on PyPI; it needs conda-forge's biorbd")
+    pytest.importorskip("bioptim", reason="bioptim has no wheel of its own: it needs biorbd, built with conda")
     pytest.skip("bioptim is there, but no comparison with it has been written yet")
