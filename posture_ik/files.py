@@ -64,3 +64,13 @@ def whole_file(path: Path) -> Iterator[Path]:
     """Give a scratch path to write; it becomes `path` once written."""
     with whole_folder(path.parent) as scratch:
         yield scratch / path.name
+
+
+def write_whole(path: Path | str, text: str) -> None:
+    """Write a text file in UTF-8.
+
+    Raises:
+        UnwritableOutput: it cannot be written.
+    """
+    with whole_file(Path(path)) as scratch:
+        scratch.write_text(text, encoding="utf-8")

@@ -11,7 +11,7 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from posture_ik.files import whole_file
+from posture_ik.files import write_whole
 from posture_ik.show.plots import Figure, axis, layout
 from posture_ik.show.words import template
 
@@ -78,8 +78,7 @@ def write_comparison(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
         height=90 + 19 * len(rows),
         plotly=get_plotlyjs(),
     )
-    with whole_file(path) as scratch:
-        scratch.write_text(page, encoding="utf-8")
+    write_whole(path, page)
 
 
 def _table(source: str) -> Table:

@@ -13,7 +13,7 @@ from rich.table import Table
 
 from posture_ik.arrays import Array
 from posture_ik.crowd import STAGES, Outcome
-from posture_ik.files import whole_file
+from posture_ik.files import whole_file, write_whole
 from posture_ik.show.plots import Figure, axis, layout
 from posture_ik.show.words import template, who
 
@@ -48,8 +48,7 @@ def write_crowd(outcomes: Sequence[Outcome], wall: float, folder: Path) -> None:
         charts=_charts(outcomes),
         plotly=get_plotlyjs(),
     )
-    with whole_file(folder / "people.html") as scratch:
-        scratch.write_text(page, encoding="utf-8")
+    write_whole(folder / "people.html", page)
 
 
 def crowd_summary(outcomes: Sequence[Outcome], wall: float) -> Table:

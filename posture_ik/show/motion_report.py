@@ -11,7 +11,7 @@ import numpy as np
 from plotly.offline import get_plotlyjs
 
 from posture_ik.arrays import Array
-from posture_ik.files import whole_file
+from posture_ik.files import write_whole
 from posture_ik.posture import Motion, Trajectory
 from posture_ik.problem.signals import Constant, Signal, Sine, Table
 from posture_ik.show import reaching
@@ -45,8 +45,7 @@ def write_motion_report(shown: Motion | Trajectory, path: Path | str) -> None:
         UnwritableOutput: the file cannot be written.
     """
     page = render_motion_report(shown)
-    with whole_file(Path(path)) as scratch:
-        scratch.write_text(page, encoding="utf-8")
+    write_whole(path, page)
 
 
 def render_motion_report(shown: Motion | Trajectory) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from plotly.offline import get_plotlyjs
 
-from posture_ik.files import whole_file
+from posture_ik.files import write_whole
 from posture_ik.muscle import Activity
 from posture_ik.muscle.activity import ARMS
 from posture_ik.muscle.reflex import SHORT_RANGE, JointStiffness
@@ -61,8 +61,7 @@ def write_activation_report(activity: Activity, path: Path | str) -> None:
         UnwritableOutput: the file cannot be written.
     """
     page = render_activation_report(activity)
-    with whole_file(Path(path)) as scratch:
-        scratch.write_text(page, encoding="utf-8")
+    write_whole(path, page)
 
 
 def render_activation_report(activity: Activity) -> str:

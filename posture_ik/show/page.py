@@ -22,7 +22,7 @@ from scipy.spatial import ConvexHull
 from posture_ik.arrays import Array
 from posture_ik.body.laws import scale_of
 from posture_ik.errors import PostureIKError
-from posture_ik.files import whole_file
+from posture_ik.files import write_whole
 from posture_ik.kinematics import frame_poses
 from posture_ik.muscle import Activity
 from posture_ik.posture import Motion, Posture, Trajectory, Wrench
@@ -79,9 +79,7 @@ def write_view(
     recorder = _Recorder()
     moving = _moving(shown, vibration)
     _draw(meshcat.Visualizer(window=recorder), moving, vibration)
-    with whole_file(path) as scratch:
-        page = _page(moving, facts_of(shown), activity, vibration, recorder.commands)
-        scratch.write_text(page, encoding="utf-8")
+    write_whole(path, _page(moving, facts_of(shown), activity, vibration, recorder.commands))
 
 
 def view(

@@ -9,7 +9,7 @@ import numpy as np
 from plotly.offline import get_plotlyjs
 from scipy.spatial.transform import Rotation
 
-from posture_ik.files import whole_file
+from posture_ik.files import write_whole
 from posture_ik.posture import Certificate, Posture, Wrench
 from posture_ik.posture.tasks import Constraint, Gripped, Supported
 from posture_ik.problem import SPINE
@@ -39,8 +39,7 @@ def write_report(posture: Posture, path: Path | str) -> None:
         UnwritableOutput: the file cannot be written.
     """
     page = render_report(posture)
-    with whole_file(Path(path)) as scratch:
-        scratch.write_text(page, encoding="utf-8")
+    write_whole(path, page)
 
 
 def render_report(posture: Posture) -> str:

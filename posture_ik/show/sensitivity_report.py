@@ -11,7 +11,7 @@ from rich.console import Group
 from rich.table import Table
 
 from posture_ik.arrays import Array
-from posture_ik.files import whole_file
+from posture_ik.files import write_whole
 from posture_ik.problem import VibrationBlock
 from posture_ik.sensitivity import Parameter, Response, Sensitivity
 from posture_ik.show.plots import axis, layout
@@ -58,8 +58,7 @@ def write_sensitivity_report(found: Sensitivity, path: Path | str) -> None:
         rows=_rows(found),
         plotly=get_plotlyjs(),
     )
-    with whole_file(Path(path)) as scratch:
-        scratch.write_text(page, encoding="utf-8")
+    write_whole(path, page)
 
 
 def sensitivity_summary(found: Sensitivity) -> Group:

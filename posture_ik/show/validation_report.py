@@ -9,7 +9,7 @@ from typing import Any
 from plotly.offline import get_plotlyjs
 from rich.table import Table
 
-from posture_ik.files import whole_file
+from posture_ik.files import write_whole
 from posture_ik.show.plots import Figure, axis, layout
 from posture_ik.show.words import template
 from posture_ik.validation import Numbers, Result, mean_errors
@@ -49,8 +49,7 @@ def write_validation_report(results: list[Result], path: Path | str) -> None:
         rows=[_row(result) for result in _told(results)],
         plotly=get_plotlyjs(),
     )
-    with whole_file(Path(path)) as scratch:
-        scratch.write_text(page, encoding="utf-8")
+    write_whole(path, page)
 
 
 def validation_summary(results: list[Result]) -> list[Table]:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from plotly.offline import get_plotlyjs
 
-from posture_ik.files import whole_file
+from posture_ik.files import write_whole
 from posture_ik.show.resonance import (
     WAYS,
     cautions,
@@ -45,8 +45,7 @@ def write_vibration_report(vibration: Vibration, path: Path | str) -> None:
         UnwritableOutput: the file cannot be written.
     """
     page = render_vibration_report(vibration)
-    with whole_file(Path(path)) as scratch:
-        scratch.write_text(page, encoding="utf-8")
+    write_whole(path, page)
 
 
 def render_vibration_report(vibration: Vibration) -> str:

@@ -65,6 +65,13 @@ class Stability(NamedTuple):
     stable: bool
     worst: Mode
 
+    @classmethod
+    def of(cls, modes: Sequence[Mode]) -> Stability:
+        """What a model's damped modes tell."""
+        worst = max(modes, key=lambda mode: mode.eigenvalue.real)
+        value = np.array(worst.eigenvalue)
+        return cls(bool(value.real <= rounding(value)), worst)
+
     def __str__(self) -> str:
         if self.stable:
             return f"stable; what lasts longest: {self.worst}"
@@ -164,10 +171,7 @@ def stability(system: LinearSystem) -> Stability:
     Raises:
         PostureIKError: M is not positive definite.
     """
-    modes = damped_modes(system)
-    worst = max(modes, key=lambda mode: mode.eigenvalue.real)
-    value = np.array(worst.eigenvalue)
-    return Stability(bool(value.real <= rounding(value)), worst)
+    return Stability.of(damped_modes(system))
 
 
 def mirror(coordinates: Sequence[str]) -> tuple[npt.NDArray[np.intp], Array]:

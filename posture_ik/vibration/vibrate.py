@@ -19,7 +19,7 @@ from posture_ik.vibration.factors import Factors
 from posture_ik.vibration.finite_element import build_finite_element
 from posture_ik.vibration.linear import linearise
 from posture_ik.vibration.lumped import build_lumped, load_lumped
-from posture_ik.vibration.modes import Mode, Stability, damped_modes, stability, undamped_modes
+from posture_ik.vibration.modes import Mode, Stability, damped_modes, undamped_modes
 from posture_ik.vibration.response import (
     absorbed_power,
     apparent_mass,
@@ -142,6 +142,7 @@ def vibrate(
     }
     system, response = systems[asked.model], responses.pop(asked.model)
     _check_frames(asked, seen_frames(response))
+    damped = damped_modes(system)
     return Vibration(
         body,
         problem,
@@ -149,8 +150,8 @@ def vibrate(
         system,
         response,
         undamped_modes(system),
-        damped_modes(system),
-        stability(system),
+        damped,
+        Stability.of(damped),
         responses,
     )
 
